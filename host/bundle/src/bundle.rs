@@ -169,6 +169,13 @@ pub fn mesh_doubts(repairs: &MeshRepairs) -> Vec<String> {
     if repairs.flipped > 0 {
         doubts.push(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
     }
+    if repairs.inside_out > 0 {
+        doubts.push(format!(
+            "the surface is inside out: {} triangles face the lumen, and not away from it; the lumen is taken \
+             where the surface encloses it",
+            repairs.inside_out
+        ));
+    }
     if repairs.split > 0 {
         doubts.push(format!(
             "corners of facets lay on the edges of others, which were split there ({})",

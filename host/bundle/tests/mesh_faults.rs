@@ -226,6 +226,37 @@ fn the_wall_of_a_phantom_is_told_from_its_lumen() {
     assert!(MeshWall::new(mesh, SurfaceModel::Faceted).openings.is_empty());
 }
 
+/// The wall does not depend on it, but another program's does.
+#[test]
+fn a_surface_that_is_inside_out_is_said_with_its_count() {
+    let whole = tube(3e-3, 20e-3, 8, Point::zeros());
+    let (_, repairs) = read(&whole);
+    let (mesh, other) = read(&turned(&whole));
+    let [inside_out, right] = match repairs.inside_out {
+        0 => [other, repairs],
+        _ => [repairs, other],
+    };
+    assert_eq!((right.inside_out, right.flipped), (0, 0));
+    assert_eq!((inside_out.inside_out, inside_out.flipped), (whole.len(), 0));
+    let outwards = mesh.facing_outwards();
+    assert_eq!(read(&outwards).1.inside_out, 0);
+    // The first triangle alone is wrong: the others do not follow it.
+    let mut one = outwards.clone();
+    one[0] = turned(&one)[0];
+    let (_, repairs) = read(&one);
+    assert_eq!((repairs.inside_out, repairs.flipped), (0, 1));
+    let mut but_one = turned(&one);
+    but_one.rotate_left(7);
+    let (_, repairs) = read(&but_one);
+    assert_eq!((repairs.inside_out, repairs.flipped), (whole.len() - 1, 1));
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    fs::write(folder.path().join("vessel.stl"), binary_stl(&but_one)).unwrap();
+    let warnings = Bundle::open(folder.path()).unwrap().warnings;
+    let says = format!("inside out: {} triangles face the lumen", whole.len() - 1);
+    assert!(warnings.iter().any(|warning| warning.message.contains(&says)), "{warnings:?}");
+}
+
 /// Doubled facets, fins and a membrane are left out, and the lumen is that without them.
 #[test]
 fn what_is_too_much_on_an_edge_is_left_out_with_its_place() {

@@ -30,6 +30,8 @@ use std::sync::LazyLock;
 use cathforce_bundle::tips::{TIPS, Tip};
 use cathforce_bus::service::PROTOCOL_HASH;
 use cathforce_config::image::schema_hash;
+use cathforce_recording::import::AxisMap;
+use cathforce_recording::sensor::SensorAddress;
 use clap::{
     Arg, ArgAction, ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum,
 };
@@ -73,7 +75,8 @@ pub use recording::MeshUnit;
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCentrelineArguments, ImportCsvArguments, ImportMeshArguments,
-    ImportSource, LatencyArguments, ManArguments, MonitorArguments, SendArguments,
+    ImportRosArguments, ImportSource, LatencyArguments, ManArguments, MonitorArguments,
+    SendArguments, TimeUnit,
 };
 pub use reproduce::ReproduceArguments;
 pub use ultrasound::UltrasoundArguments;
@@ -299,7 +302,27 @@ pub struct RunArguments {
     #[arg(long)]
     pub free: bool,
     #[command(flatten)]
+    pub sensor: SensorArguments,
+    #[command(flatten)]
     pub play: PlayArguments,
+}
+
+/// A force sensor beside the device.
+#[derive(Debug, Args)]
+pub struct SensorArguments {
+    /// Measure the force during the run, in place of the trial's: netft:HOST or netft:HOST:PORT, a Net F/T or
+    /// an Ethernet Axia of ATI, or an OnRobot that sends its protocol RDT.
+    #[arg(long, value_name = "netft:HOST", value_parser = SensorAddress::parse)]
+    pub sensor: Option<SensorAddress>,
+    /// Counts of one newton, for a sensor without a web server that says it.
+    #[arg(long, value_name = "N", value_parser = counts, requires = "sensor")]
+    pub counts_per_n: Option<f64>,
+    /// The sensor's axes that point along the vessel's x, y and z, for example `+y,-x,+z`.
+    #[arg(long, value_name = "AXES", default_value = "+x,+y,+z", value_parser = AxisMap::parse, allow_hyphen_values = true, requires = "sensor")]
+    pub axes: AxisMap,
+    /// Subtract the mean force of the trial's first seconds, during which nothing touches the sensor.
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds, requires = "sensor")]
+    pub tare: Option<f64>,
 }
 
 #[derive(Debug, Args)]
@@ -389,6 +412,15 @@ fn positive_seconds(text: &str) -> Result<f64, String> {
     const YEAR_S: f64 = 365.0 * 86400.0;
     positive(text, WANTED)
         .and_then(|s| if s <= YEAR_S { Ok(s) } else { Err(format!("give {WANTED}")) })
+}
+
+fn lead(text: &str) -> Result<f64, String> {
+    let found = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x != 0.0);
+    found.ok_or_else(|| format!("`{text}` is no lead in mm; a left-handed screw has one below 0"))
+}
+
+fn counts(text: &str) -> Result<f64, String> {
+    positive(text, "a number of counts above 0")
 }
 
 fn positive_percent(text: &str) -> Result<f64, String> {

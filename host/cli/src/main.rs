@@ -33,17 +33,13 @@ mod ui;
 use std::process::ExitCode;
 
 use args::{Arguments, Command};
-use session::Pace;
 
 fn main() -> ExitCode {
     let arguments = Arguments::read();
     let ui = ui::Ui::new(arguments.json, arguments.quiet);
     cathforce_link::set_remarks(move |remark| ui.say(remark));
     let result = match arguments.command {
-        Command::Run(arguments) => {
-            let pace = if arguments.free { Pace::Free } else { Pace::LockStep };
-            commands::run::run(&ui, &arguments.link, pace, &arguments.play)
-        }
+        Command::Run(arguments) => commands::run::run(&ui, &arguments),
         Command::Simulate(arguments) => commands::simulate::run(&ui, &arguments),
         Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
         Command::Info(arguments) => commands::info::run(&ui, &arguments),

@@ -11,7 +11,9 @@ use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Link as _, Step, TickReport, update};
-use cathforce_recording::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
+use cathforce_recording::import::join;
+use cathforce_recording::sensor::ForceSensor;
+use cathforce_recording::{Attachments, BusClock, Measured, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
 use crate::log::Log;
@@ -56,6 +58,8 @@ pub struct Plan<'a> {
     pub out: &'a Path,
     /// Whether an existing recording is replaced, once this one begins.
     pub overwrite: bool,
+    /// Measures the force while the trial is played, in place of the trial's own.
+    pub sensor: Option<&'a ForceSensor>,
 }
 
 /// Runs the plan on the device behind `client`.
@@ -270,8 +274,11 @@ impl Session<'_> {
         let mut progress = self.ui.progress("playing", ticks, "ticks");
         let (mut done, mut broken) = (0, None);
         self.log.trial_begins();
-        let mut rows = self.plan.trial.rows.iter().enumerate().peekable();
-        client.play(
+        let began = Instant::now();
+        // With a sensor, the rows are those of its forces, which are known at the end.
+        let own = if self.plan.sensor.is_some() { &[][..] } else { &self.plan.trial.rows };
+        let mut rows = own.iter().enumerate().peekable();
+        let played = client.play(
             (0..ticks).map(|tick| {
                 let t_s = tick as f64 / TICKS_PER_S;
                 // A row is recorded with the first step at or after its time.
@@ -288,8 +295,41 @@ impl Session<'_> {
                 broken = broken.take().or_else(|| self.broken(tick, false));
                 if broken.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             },
-        )?;
-        broken.map_or(Ok(()), Err)
+        );
+        // Also of a trial that broke off: what was measured is kept.
+        let sensed = self.plan.sensor.map_or(Ok(()), |sensor| self.sensed(sensor, began));
+        played?;
+        broken.map_or(Ok(()), Err)?;
+        sensed
+    }
+
+    /// Records the forces of the sensor, each with the drives' position of its time.
+    fn sensed(&self, sensor: &ForceSensor, began: Instant) -> Result<(), Failure> {
+        let sensed = sensor.forces(began).map_err(|e| Failure::new(Code::Link, e.to_string()))?;
+        for understood in &sensed.understood {
+            self.ui.say(format_args!("sensor: {understood}"));
+        }
+        for remark in &sensed.remarks {
+            self.ui.warn(format_args!("sensor: {remark}"));
+        }
+        // What the trial has behind the part that was played did not happen.
+        let played_s = began.elapsed().as_secs_f64().min(self.plan.duration_s);
+        let is_played = |row: &Measured| row.t_s <= played_s;
+        let played = self.plan.trial.rows.partition_point(is_played);
+        let mut trial = self.plan.trial.clone();
+        // The row behind the end is that to which the last positions are interpolated.
+        trial.rows.truncate(played + 1);
+        let mut joined = join(&trial, &sensed.samples, 0.0);
+        joined.trial.rows.truncate(joined.trial.rows.partition_point(is_played));
+        if joined.forces == 0 {
+            let message = "sensor: no force was measured where the trial has positions of the drives\n  fix: \
+                           play a trial whose rows are at most 0.25 s apart";
+            return Err(Failure::new(Code::Failed, message));
+        }
+        for (row, shape_m) in joined.trial.rows.iter().zip(&joined.trial.shapes_m) {
+            self.log.measured(row, shape_m);
+        }
+        Ok(())
     }
 
     /// The reason to end a run early, if there is one. Ctrl-C does not interrupt disarming.

@@ -15,6 +15,7 @@ mod recording;
 mod server;
 mod settings;
 mod tips;
+mod token_file;
 
 pub use diagnosis::read_diagnosis;
 pub use live::{Drive, LinkSource, Measurement};

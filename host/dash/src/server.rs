@@ -26,6 +26,7 @@ use crate::answers::{Shown, Unanswered};
 use crate::assets::ASSETS;
 use crate::guard::{Guard, new_token};
 use crate::live::{LinkSource, Pilot};
+use crate::token_file;
 
 /// Viewers at a time.
 pub const MOST_VIEWERS: usize = 10;
@@ -42,7 +43,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
 
 /// What is shown.
 pub enum Source {
-    Link { name: String, source: LinkSource },
+    Link { name: String, source: Box<LinkSource> },
     Recording { name: String, recording: Box<Recording>, analysis: Box<Analysis> },
     Diagnosis { name: String, answer: Value },
 }
@@ -106,7 +107,7 @@ pub fn serve(
         let address = listener.local_addr().map_err(failed)?;
         let shown = match source {
             Source::Link { name, source } => {
-                Shown::Link { name, pilot: Pilot::start(source), scene: Default::default() }
+                Shown::Link { name, pilot: Pilot::start(*source), scene: Default::default() }
             }
             Source::Recording { name, recording, analysis } => {
                 Shown::of_recording(name, &recording, &analysis).map_err(DashError::Vessel)?
@@ -144,8 +145,8 @@ struct TokenFile(PathBuf);
 impl TokenFile {
     fn write(options: &Options, address: SocketAddr, token: &str) -> Result<Self, DashError> {
         use std::io::Write as _;
-        let name = format!("cathforce-dash-{}-{}.token", address.port(), std::process::id());
-        let path = options.token_folder.join(name);
+        token_file::remove_left(&options.token_folder);
+        let path = options.token_folder.join(token_file::name(address.port()));
         let mut open = std::fs::OpenOptions::new();
         // Nobody may have put a file or a link there before.
         open.write(true).create_new(true);

@@ -41,7 +41,7 @@ impl Server {
         let link = Box::new(Sim::new());
         let source =
             LinkSource { link, master: Default::default(), drive: None, watch_only: false };
-        Self::of(Source::Link { name: "sim <script>".into(), source })
+        Self::of(Source::Link { name: "sim <script>".into(), source: Box::new(source) })
     }
 
     fn address(&self) -> SocketAddr {

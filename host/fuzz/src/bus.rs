@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use cathforce_bus::master::{Collector, Drive, Master, Place, Signal};
+use cathforce_bus::master::{Collector, Drive, Master, Place, Selector, Signal};
 use cathforce_bus::service::{self, HostEndpoint, Request, Response};
 use cathforce_bus::slcan::{Decoder, Line};
-use cathforce_bus::{Counters, Frame, Id, Process, crc8};
+use cathforce_bus::{Counter, Counters, Frame, Id, Process, crc8};
 use cathforce_device::ControlLoop;
 use cathforce_link::{Link as _, Sim};
 
@@ -130,9 +130,13 @@ pub fn master(data: &[u8]) {
         let [low, high, start_bit, bits, flags] = bytes.array();
         let scale = f32::from_le_bytes(bytes.array());
         let offset = f32::from_le_bytes(bytes.array());
-        let (big_endian, signed) = (flags & 1 != 0, flags & 2 != 0);
-        let signal = Signal { start_bit, bits, big_endian, signed, scale, offset };
-        (Place { id: u16::from_le_bytes([low, high]), signal }, flags)
+        let (big_endian, signed, float) = (flags & 1 != 0, flags & 2 != 0, flags & 32 != 0);
+        let signal = Signal { start_bit, bits, big_endian, signed, float, scale, offset };
+        let selector = (flags & 64 != 0).then(|| {
+            let [start_bit, bits, value] = bytes.array();
+            Selector { start_bit, bits, big_endian, value: value.into() }
+        });
+        (Place { id: u16::from_le_bytes([low, high]), signal, selector }, flags)
     };
     let (insertion, flags) = place();
     let (rotation, _) = place();
@@ -146,10 +150,14 @@ pub fn master(data: &[u8]) {
     }
     let mut frame = [0; 8];
     insertion.signal.write(0.0, &mut frame);
-    let read = insertion.signal.read(&frame).expect("a whole frame");
+    let read = match insertion.signal.read(&frame) {
+        Ok(read) => read,
+        // Scale and offset are finite, and their sum may not be.
+        Err(counter) => return assert_eq!(counter, Counter::BadValue, "a whole frame"),
+    };
     let mut again = [0; 8];
     insertion.signal.write(f64::from(read), &mut again);
-    assert!(read.is_nan() || insertion.signal.read(&again).is_some());
+    assert!(read.is_finite() && insertion.signal.read(&again) != Err(Counter::WrongLength));
     let mut collector = Collector::new(master);
     while !bytes.is_empty() {
         let [which, len] = bytes.array();

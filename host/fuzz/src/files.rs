@@ -13,7 +13,8 @@ use cathforce_mesh_files::{
     Contents, LineOptions, branches, centreline_csv, stl as stl_of, triangles,
 };
 use cathforce_recording::import::{
-    AtiOptions, AxisMap, ImportedTrial, read_ati, read_csv, read_motion,
+    AtiOptions, AxisMap, ImportedTrial, RosClock, RosFile, list_ros, read_ati, read_csv,
+    read_motion, read_ros,
 };
 use cathforce_recording::{Recording, bus_load, decode, read_log, survey};
 
@@ -32,11 +33,37 @@ pub fn force_log(data: &[u8]) {
     for counts_per_n in [None, Some(1e6)] {
         let axes = AxisMap::parse("+x,+y,+z").expect("our own");
         for rate_hz in [None, Some(1000.0)] {
-            let options = AtiOptions { counts_per_n, axes, tare_s: 0.01, rate_hz };
+            let options =
+                AtiOptions { counts_per_n, axes, tare_s: 0.01, rate_hz, ..AtiOptions::default() };
             let Ok(log) = read_ati(data, &options) else { continue };
             assert!(!log.samples.is_empty() && log.samples.is_sorted_by(|a, b| a.t_s <= b.t_s));
             let mut numbers = log.samples.iter().flat_map(|sample| sample.force_n);
             assert!(numbers.all(f64::is_finite));
+        }
+    }
+}
+
+/// What is listed can be asked for, and a trial's rows are finite and in the order of time.
+pub fn bag(data: &[u8]) {
+    let files = [RosFile { name: NAME.into(), bytes: data.to_vec() }];
+    let Ok((topics, _)) = list_ros(&files) else { return };
+    assert!(topics.iter().all(|topic| topic.messages > 0 || topic.signals.len() < 64));
+    let maps = [
+        "insertion_m=/joint_states:feed.motor*0.001+1",
+        "rotation_rad=/joint_states:roll_joint",
+        "fx_N=/ft_sensor/wrench:force.x",
+        "fy_N=/ft_sensor/wrench:force.y",
+        "fz_N=/ft_sensor/wrench:force.z",
+        "tip_x_m=/tip:x",
+        "tip_y_m=/tip:y",
+        "tip_z_m=/tf:catheter_tip.z",
+    ];
+    let maps = maps.map(|map| ColumnMap::parse(map).expect("our own"));
+    for clock in [RosClock::Stamp, RosClock::Log] {
+        let Ok(bag) = read_ros(&files, &maps, clock) else { continue };
+        if let ImportedTrial::Catheter(trial) = bag.table.trial {
+            assert!(trial.rows.iter().all(|row| row.insertion_m.is_finite()));
+            assert!(trial.rows.is_sorted_by(|a, b| a.t_s < b.t_s), "rows have their order");
         }
     }
 }

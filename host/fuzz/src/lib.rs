@@ -30,7 +30,7 @@ pub struct Target {
 }
 
 /// All of them: first what the device takes, then the files.
-pub static TARGETS: [Target; 20] = [
+pub static TARGETS: [Target; 21] = [
     target("frames", "frames of the bus", bus::frames, 40_000),
     target("slcan", "text of an SLCAN adapter", bus::slcan, 40_000),
     target("service", "messages of the service, in an envelope that is right", bus::service, 4_000),
@@ -40,6 +40,7 @@ pub static TARGETS: [Target; 20] = [
     target("store", "a flash, and an image that is saved in it", store::store, 20_000),
     target("can-log", "a log of a CAN bus, in any of its formats", files::can_log, 20_000),
     target("force-log", "a log of a force sensor", files::force_log, 20_000),
+    target("bag", "a bag of ROS 2: MCAP or SQLite", files::bag, 4_000),
     target("table", "a table of measurements", files::table, 20_000),
     target("filter", "a table that is filtered", files::filter, 20_000),
     target("mesh", "a surface or a line: VTP, VTU, OBJ, PLY, STL, markups", files::mesh, 20_000),

@@ -67,6 +67,7 @@ targets! {
     the_store_in_flash: "store",
     logs_of_a_can_bus: "can-log",
     logs_of_a_force_sensor: "force-log",
+    bags_of_ros: "bag",
     tables_of_measurements: "table",
     tables_that_are_filtered: "filter",
     surfaces_and_lines: "mesh",

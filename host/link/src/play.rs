@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::master::{Master, Place};
+use cathforce_bus::master::{Master, Place, Selector};
 use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, Tendons};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
@@ -170,14 +170,23 @@ fn foreign(master: &Master, step: Step) -> Vec<Frame> {
         (master.catheter, step.encoder, !step.guidewire_held),
         (master.guidewire, step.guidewire, step.guidewire_held),
     ];
-    let mut frames = Vec::<(u16, [u8; 8])>::new();
+    let mut frames = Vec::<(u16, Option<Selector>, [u8; 8])>::new();
     let mut put = |place: Option<Place>, value: f64| {
-        let Some(Place { id, signal }) = place else { return };
-        let at = frames.iter().position(|(known, _)| *known == id).unwrap_or_else(|| {
-            frames.push((id, [0; 8]));
+        let Some(Place { id, signal, selector }) = place else { return };
+        // What every frame of an identifier holds comes along with what some hold.
+        let shares = |known: &(u16, Option<Selector>, _)| {
+            known.0 == id && (known.1 == selector || known.1.is_none() || selector.is_none())
+        };
+        let at = frames.iter().position(shares).unwrap_or_else(|| {
+            frames.push((id, None, [0; 8]));
             frames.len() - 1
         });
-        signal.write(value, &mut frames[at].1);
+        let (_, own, data) = &mut frames[at];
+        if let Some(selector) = selector {
+            *own = Some(selector);
+            selector.write(data);
+        }
+        signal.write(value, data);
     };
     let mut moves = false;
     for (drive, at, held) in drives {
@@ -188,5 +197,5 @@ fn foreign(master: &Master, step: Step) -> Vec<Frame> {
         put(drive.held, f64::from(u8::from(held)));
     }
     put(master.grip.filter(|_| moves), 1.0);
-    frames.into_iter().filter_map(|(id, data)| Frame::new(id, &data)).collect()
+    frames.into_iter().filter_map(|(id, _, data)| Frame::new(id, &data)).collect()
 }

@@ -13,6 +13,7 @@ pub enum Format {
     Ply,
     Stl,
     Markups,
+    Table,
 }
 
 /// What a file holds, in its own unit.
@@ -59,6 +60,7 @@ impl Format {
             Self::Ply => "PLY",
             Self::Stl => "STL",
             Self::Markups => "markups of 3D Slicer",
+            Self::Table => "a table of points",
         }
     }
 }

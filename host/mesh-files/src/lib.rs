@@ -1,5 +1,5 @@
 //! Surfaces and centre lines as other tools write them, as the files of a trial bundle: VTK's VTP and VTU,
-//! OBJ, PLY, STL, and the markups of 3D Slicer.
+//! OBJ, PLY, STL, the markups of 3D Slicer, and tables of points.
 //!
 //! None of these has a unit that can be relied on, so the user names it; what the file says of itself is
 //! handed on. The format is told by the content.
@@ -14,6 +14,7 @@ mod open;
 mod ply;
 mod read;
 mod surface;
+mod table;
 mod vtk;
 mod xml;
 

@@ -1,7 +1,7 @@
 //! Reads a file, whose format its content tells.
 
 use crate::contents::{Contents, FileError};
-use crate::{markups, obj, ply, surface, vtk};
+use crate::{markups, obj, ply, surface, table, vtk};
 
 impl Contents {
     /// Reads a file of any format.
@@ -18,6 +18,8 @@ impl Contents {
             markups::read(text)?
         } else if obj::is_one(text) {
             obj::read(text)?
+        } else if !text.starts_with(b"solid") && table::is_one(text) {
+            table::read(text)?
         } else {
             surface::read_stl(bytes)?
         };

@@ -9,7 +9,7 @@ const PER_METRE: f64 = 1e3;
 
 pub(crate) fn read_stl(bytes: &[u8]) -> Result<Contents, FileError> {
     let triangles = read_bundle_stl(bytes).map_err(|(place, cause)| {
-        let fix = "give a file of VTP, VTU, OBJ, PLY, STL or Slicer's markups";
+        let fix = "give a file of VTP, VTU, OBJ, PLY, STL, Slicer's markups, or a CSV of points";
         FileError::new(format!("{cause}{place}"), fix)
     })?;
     let mut contents = Contents::new(Format::Stl);

@@ -10,12 +10,14 @@
 mod analysis;
 mod bus_log;
 mod candump;
+mod container;
 mod decoding;
 mod export;
 mod format;
 pub mod import;
 mod reading;
 mod replay;
+pub mod sensor;
 mod writing;
 
 pub use cathforce_bus::Direction;
@@ -35,6 +37,7 @@ pub use candump::{
     CandumpLog, Gap, NoLockStep, SecondRun, direction, has_checksum, read_candump, read_log,
     write_candump,
 };
+pub use container::{Cut, Damage};
 pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };
@@ -50,7 +53,6 @@ pub use format::frame::BusFrame;
 pub use format::info::{FORMAT, RunInfo, RunResult};
 pub use format::layout::VESSEL_FILES;
 pub use format::trial::{Estimate, Measured, MeasuredDrive, SensorNoise, Trial};
-pub use reading::container::{Cut, Damage};
 pub use reading::reader::{ReadError, Recording, is_recording};
 pub use reading::survey::{DropoutCount, IdCount, Survey, bus_load, name as frame_name, survey};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};

@@ -153,7 +153,8 @@ fn damaged_logs_of_other_tools_are_taken_or_refused_with_a_line() {
 #[test]
 fn damaged_sensor_logs_are_taken_or_refused_with_a_line() {
     let axes = AxisMap::SAME;
-    let options = AtiOptions { counts_per_n: Some(1e6), axes, tare_s: 0.02, rate_hz: None };
+    let options =
+        AtiOptions { counts_per_n: Some(1e6), axes, tare_s: 0.02, ..AtiOptions::default() };
     let refused = refused(2, &table("Time,Fx,Fy,Fz,Tx,Ty"), |text| {
         let samples = read_ati(text, &options)?.samples;
         assert!(samples.iter().flat_map(|s| s.force_n).all(f64::is_finite));

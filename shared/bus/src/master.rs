@@ -21,10 +21,23 @@ pub struct Signal {
     pub big_endian: bool,
     /// Two's complement.
     pub signed: bool,
+    /// The 32 bits are a floating-point number (IEEE 754), whatever `signed` says.
+    pub float: bool,
     /// Quantity of one count \[m, rad, or 1 for a button\].
     pub scale: f32,
     /// Quantity of a raw value of 0 \[m, rad, or 1\].
     pub offset: f32,
+}
+
+/// Tells which frames of an identifier hold a quantity, where not all do: a multiplexor and its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Selector {
+    /// As of a [`Signal`].
+    pub start_bit: u8,
+    pub bits: u8,
+    pub big_endian: bool,
+    /// Raw value in the frames that hold the quantity.
+    pub value: u32,
 }
 
 /// A quantity, and the frame that contains it.
@@ -33,6 +46,8 @@ pub struct Place {
     /// 11-bit identifier; any number of quantities may share one.
     pub id: u16,
     pub signal: Signal,
+    /// `None`: every frame of this identifier holds it.
+    pub selector: Option<Selector>,
 }
 
 /// Quantities of one drive. Each may be in a separate frame.
@@ -65,8 +80,12 @@ pub enum MasterError {
     Id,
     /// Not 1 to 32 bits, or not within 8 bytes.
     Bits,
+    /// A floating-point number that has not 32 bits.
+    Float,
     /// A scale of 0, or a scale or offset that is not finite.
     Scale,
+    /// A selector that is not 1 to 32 bits within 8 bytes, or whose value does not fit into them.
+    Selector,
     /// A grip without a drive that it applies to.
     Grip,
 }
@@ -76,7 +95,11 @@ impl MasterError {
         match self {
             Self::Id => "the identifier has more than 11 bits or is one of cathforce's own",
             Self::Bits => "a signal must have 1 to 32 bits within 8 bytes",
+            Self::Float => "a floating-point number must have 32 bits",
             Self::Scale => "a scale must be finite and not 0, an offset finite",
+            Self::Selector => {
+                "a selector must have 1 to 32 bits within 8 bytes, into which its value fits"
+            }
             Self::Grip => "a grip is said of drives described beside it, and there is none",
         }
     }
@@ -116,6 +139,8 @@ impl Signal {
             && self.places().all(|place| place < 64);
         if !is_within {
             Err(MasterError::Bits)
+        } else if self.float && self.bits != 32 {
+            Err(MasterError::Float)
         } else if self.scale == 0.0 || !self.scale.is_finite() || !self.offset.is_finite() {
             Err(MasterError::Scale)
         } else {
@@ -123,38 +148,78 @@ impl Signal {
         }
     }
 
-    /// The quantity; `None` if the frame is too short for it.
-    pub fn read(self, data: &[u8]) -> Option<f32> {
-        let mut raw = 0_u32;
-        for (bit, place) in self.places().enumerate() {
-            let byte = data.get(usize::from(place / 8))?;
-            raw |= u32::from(byte >> (place % 8) & 1) << bit;
-        }
-        let count = if self.signed {
+    /// The quantity. `Err` counts a frame that is too short for it, or a number that is none.
+    pub fn read(self, data: &[u8]) -> Result<f32, Counter> {
+        let raw = self.raw(data)?;
+        let count = if self.float {
+            f32::from_bits(raw)
+        } else if self.signed {
             let unused = 32_u32.saturating_sub(u32::from(self.bits)).min(31);
             ((raw << unused).cast_signed() >> unused) as f32
         } else {
             raw as f32
         };
-        Some(count * self.scale + self.offset)
+        let value = count * self.scale + self.offset;
+        if value.is_finite() { Ok(value) } else { Err(Counter::BadValue) }
+    }
+
+    /// Its bits; `Err` counts a frame that is too short.
+    fn raw(self, data: &[u8]) -> Result<u32, Counter> {
+        let mut raw = 0_u32;
+        for (bit, place) in self.places().enumerate() {
+            let byte = data.get(usize::from(place / 8)).ok_or(Counter::WrongLength)?;
+            raw |= u32::from(byte >> (place % 8) & 1) << bit;
+        }
+        Ok(raw)
     }
 
     /// Writes the nearest code of a quantity into a frame, saturating.
     pub fn write(self, value: f64, data: &mut [u8; 8]) {
         let count = (value - f64::from(self.offset)) / f64::from(self.scale);
+        if self.float {
+            return self.write_raw((count as f32).to_bits().into(), data);
+        }
         let count = (count + if count < 0.0 { -0.5 } else { 0.5 }) as i64;
         let bits = u32::from(self.bits.clamp(1, 32));
         let (min, max) = match self.signed {
             true => (-(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1),
             false => (0, (1_i64 << bits) - 1),
         };
-        let raw = count.clamp(min, max);
+        self.write_raw(count.clamp(min, max), data);
+    }
+
+    fn write_raw(self, raw: i64, data: &mut [u8; 8]) {
         for (bit, place) in self.places().enumerate() {
             if let Some(byte) = data.get_mut(usize::from(place / 8)) {
                 let mask = 1 << (place % 8);
                 *byte = if raw >> bit & 1 != 0 { *byte | mask } else { *byte & !mask };
             }
         }
+    }
+}
+
+impl Selector {
+    /// Its bits as an unsigned whole number.
+    const fn signal(self) -> Signal {
+        let Self { start_bit, bits, big_endian, .. } = self;
+        Signal { start_bit, bits, big_endian, signed: false, float: false, scale: 1.0, offset: 0.0 }
+    }
+
+    /// Checks the layout.
+    pub fn validate(self) -> Result<(), MasterError> {
+        let is_whole = self.signal().validate().is_ok();
+        let fits = self.bits >= 32 || self.value >> self.bits.min(31) == 0;
+        if is_whole && fits { Ok(()) } else { Err(MasterError::Selector) }
+    }
+
+    /// Whether a frame is one of those; `Err` counts one that is too short.
+    fn selects(self, data: &[u8]) -> Result<bool, Counter> {
+        Ok(self.signal().raw(data)? == self.value)
+    }
+
+    /// Makes a frame one of those.
+    pub fn write(self, data: &mut [u8; 8]) {
+        self.signal().write_raw(self.value.into(), data);
     }
 }
 
@@ -167,7 +232,19 @@ impl Place {
         if self.id > MAX_ID || is_taken {
             return Err(MasterError::Id);
         }
-        self.signal.validate()
+        self.signal.validate()?;
+        self.selector.map_or(Ok(()), Selector::validate)
+    }
+
+    /// The quantity in a frame; `None` if the frame does not hold it.
+    fn read(self, frame: &Frame) -> Result<Option<f32>, Counter> {
+        if self.id != frame.id() {
+            return Ok(None);
+        }
+        match self.selector.map(|selector| selector.selects(frame.data())).transpose()? {
+            Some(false) => Ok(None),
+            Some(true) | None => self.signal.read(frame.data()).map(Some),
+        }
     }
 }
 
@@ -198,8 +275,14 @@ impl Master {
 
     /// Number of frames that carry all quantities once.
     pub fn frames(&self) -> usize {
-        let first = |at: usize, id| self.places().position(|place| place.id == id) == Some(at);
-        self.places().enumerate().filter(|&(at, place)| first(at, place.id)).count()
+        let is_selected = |id| self.places().any(|one| one.id == id && one.selector.is_some());
+        let is_first = |&(at, place): &(usize, Place)| {
+            let same = |one: Place| (one.id, one.selector) == (place.id, place.selector);
+            self.places().position(same) == Some(at)
+        };
+        // What is in every frame of an identifier comes along with what is in some.
+        let own = |(_, place): &(usize, Place)| place.selector.is_some() || !is_selected(place.id);
+        self.places().enumerate().filter(|place| is_first(place) && own(place)).count()
     }
 }
 
@@ -225,7 +308,7 @@ struct Partial {
 pub enum FrameOutcome {
     /// It contains no quantity that is described.
     Foreign,
-    /// It is too short for a quantity; the counter tells the reason.
+    /// It is too short for a quantity, or its number is none; the counter tells the reason.
     Rejected(Counter),
     /// It was used; `superseded`: it replaced a quantity that no position has used yet.
     Used { superseded: bool },
@@ -248,31 +331,33 @@ impl Collector {
         }
         let mut after = *self;
         match after.read(frame) {
-            Ok(superseded) => {
+            Ok(Some(superseded)) => {
                 *self = after;
                 FrameOutcome::Used { superseded }
             }
+            Ok(None) => FrameOutcome::Foreign,
             Err(counter) => FrameOutcome::Rejected(counter),
         }
     }
 
-    fn read(&mut self, frame: &Frame) -> Result<bool, Counter> {
+    /// Whether a quantity was superseded; `None` if the frame holds none.
+    fn read(&mut self, frame: &Frame) -> Result<Option<bool>, Counter> {
         let Master { catheter, guidewire, grip } = self.master;
-        let read = |place: Option<Place>| {
-            let place = place.filter(|place| place.id == frame.id());
-            let read = place.map(|place| place.signal.read(frame.data()));
-            read.map(|read| read.ok_or(Counter::WrongLength)).transpose()
-        };
+        let read = |place: Option<Place>| place.map_or(Ok(None), |place| place.read(frame));
         let pressed = |place| Ok(read(place)?.map(|value| value >= PRESSED));
-        let mut superseded = false;
+        let (mut holds, mut superseded) = (false, false);
         for (drive, partial) in [(catheter, &mut self.catheter), (guidewire, &mut self.guidewire)] {
             let Some(drive) = drive else { continue };
-            superseded |= put(&mut partial.insertion_m, read(Some(drive.insertion))?);
-            superseded |= put(&mut partial.rotation_rad, read(Some(drive.rotation))?);
-            superseded |= put(&mut partial.held, pressed(drive.held)?);
-            superseded |= put(&mut partial.gripped, pressed(grip)?);
+            let (insertion, rotation) = (read(Some(drive.insertion))?, read(Some(drive.rotation))?);
+            let (held, gripped) = (pressed(drive.held)?, pressed(grip)?);
+            holds |=
+                insertion.is_some() || rotation.is_some() || held.is_some() || gripped.is_some();
+            superseded |= put(&mut partial.insertion_m, insertion);
+            superseded |= put(&mut partial.rotation_rad, rotation);
+            superseded |= put(&mut partial.held, held);
+            superseded |= put(&mut partial.gripped, gripped);
         }
-        Ok(superseded)
+        Ok(holds.then_some(superseded))
     }
 
     /// A reading of the catheter's drive, once all of its frames have arrived since the last reading.
@@ -320,6 +405,7 @@ mod tests {
         bits: 16,
         big_endian: false,
         signed: false,
+        float: false,
         scale: 1.0,
         offset: 0.0,
     };
@@ -338,7 +424,30 @@ mod tests {
         let signed = Signal { start_bit: 56, bits: 8, signed: true, ..SIGNAL };
         assert_eq!(read(signed), -2.0);
         assert_eq!(read(Signal { scale: -0.5, offset: 3.0, ..signed }), 4.0);
-        assert_eq!(SIGNAL.read(&data[..1]), None, "too short");
+        assert_eq!(SIGNAL.read(&data[..1]), Err(Counter::WrongLength), "too short");
+    }
+
+    /// As a drive sends its position that counts turns in single precision.
+    #[test]
+    fn a_floating_point_number_is_read_in_both_orders_and_none_is_refused() {
+        let float = Signal { bits: 32, float: true, scale: 2.0, offset: 1.0, ..SIGNAL };
+        assert_eq!(float.validate(), Ok(()));
+        let mut data = [0xAA; 8];
+        data[..4].copy_from_slice(&(-0.25_f32).to_le_bytes());
+        assert_eq!(float.read(&data), Ok(0.5));
+        let big = Signal { start_bit: 39, big_endian: true, ..float };
+        data[4..].copy_from_slice(&3.5_f32.to_be_bytes());
+        assert_eq!(big.read(&data), Ok(8.0));
+        for value in [-123.456, 0.0, 1e-6] {
+            big.write(value, &mut data);
+            assert!((f64::from(big.read(&data).unwrap()) - value).abs() < 1e-5, "{value}");
+        }
+        assert_eq!(float.read(&data), Ok(0.5), "the others stay");
+        for none in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
+            data[..4].copy_from_slice(&none.to_le_bytes());
+            assert_eq!(float.read(&data), Err(Counter::BadValue), "{none}");
+        }
+        assert_eq!(Signal { bits: 31, ..float }.validate(), Err(MasterError::Float));
     }
 
     #[test]
@@ -355,7 +464,7 @@ mod tests {
         );
         assert_eq!(wrong(Signal { scale: 0.0, ..SIGNAL }), MasterError::Scale);
         assert_eq!(wrong(Signal { offset: f32::NAN, ..SIGNAL }), MasterError::Scale);
-        let place = |id| Place { id, signal: SIGNAL };
+        let place = |id| Place { id, signal: SIGNAL, selector: None };
         let drive = Drive { insertion: place(0x321), rotation: place(0x322), held: None };
         let master = Master { catheter: Some(drive), ..Master::default() };
         assert_eq!(master.validate(), Ok(()));
@@ -370,8 +479,11 @@ mod tests {
     /// Feed and turn in frames of their own, the button with the feed, the grip in a third.
     #[test]
     fn a_position_is_whole_when_the_last_of_its_frames_has_come() {
-        let place =
-            |id, start_bit, bits| Place { id, signal: Signal { start_bit, bits, ..SIGNAL } };
+        let place = |id, start_bit, bits| Place {
+            id,
+            signal: Signal { start_bit, bits, ..SIGNAL },
+            selector: None,
+        };
         let drive = Drive {
             insertion: place(0x301, 0, 16),
             rotation: place(0x302, 0, 16),
@@ -404,13 +516,55 @@ mod tests {
         assert_eq!(take(0x301, &[6, 0, 1]), (new, Some(open)));
     }
 
+    /// Feed and turn take turns in frames of one identifier.
+    #[test]
+    fn a_multiplexed_quantity_is_in_the_frames_that_its_selector_names() {
+        let selector = |value| Some(Selector { start_bit: 0, bits: 8, big_endian: false, value });
+        let signal = Signal { start_bit: 8, ..SIGNAL };
+        let place = |value| Place { id: 0x301, signal, selector: selector(value) };
+        let (insertion, rotation) = (place(0), place(1));
+        let held = Some(Place {
+            selector: None,
+            signal: Signal { start_bit: 24, bits: 1, ..SIGNAL },
+            ..insertion
+        });
+        let drive = Drive { insertion, rotation, held };
+        let master = Master { catheter: Some(drive), ..Master::default() };
+        assert_eq!((master.validate(), master.frames()), (Ok(()), 2));
+        let mut collector = Collector::new(master);
+        let mut take = |data: &[u8]| {
+            let taken = collector.take(&Frame::new(0x301, data).unwrap());
+            (taken, collector.catheter().map(|reading| (reading.insertion_m, reading.rotation_rad)))
+        };
+        let used = |superseded| FrameOutcome::Used { superseded };
+        assert_eq!(take(&[0, 7, 0, 1]), (used(false), None));
+        assert_eq!(take(&[1, 9, 0, 1]), (used(true), Some((7.0, 9.0))), "the button is in both");
+        let mut without = collector;
+        without.master.catheter = Some(Drive { held: None, ..drive });
+        let outcome = without.take(&Frame::new(0x301, &[2, 5, 0]).unwrap());
+        assert_eq!(outcome, FrameOutcome::Foreign, "another multiplexed frame");
+        let outcome = without.take(&Frame::new(0x301, &[]).unwrap());
+        assert_eq!(outcome, FrameOutcome::Rejected(Counter::WrongLength));
+        let mut data = [0xFF; 8];
+        Selector { start_bit: 15, bits: 12, big_endian: true, value: 0x123 }.write(&mut data);
+        assert_eq!(data[..4], [0xFF, 0x12, 0x3F, 0xFF]);
+        let wrong = |one: Selector| one.validate() == Err(MasterError::Selector);
+        let own = Selector { start_bit: 0, bits: 4, big_endian: false, value: 15 };
+        assert!(own.validate().is_ok() && wrong(Selector { value: 16, ..own }));
+        assert!(
+            wrong(Selector { bits: 0, value: 0, ..own })
+                && wrong(Selector { start_bit: 61, ..own })
+        );
+    }
+
     proptest! {
         #[test]
         fn what_is_written_is_read_and_nothing_else_is_touched(
             start_bit in 0u8..64, bits in 1u8..=32, big_endian: bool, signed: bool,
             fill: u8, share in 0.0f64..1.0
         ) {
-            let signal = Signal { start_bit, bits, big_endian, signed, scale: 0.5, offset: 3.0 };
+            let signal =
+                Signal { start_bit, bits, big_endian, signed, scale: 0.5, offset: 3.0, ..SIGNAL };
             prop_assume!(signal.validate().is_ok());
             let low = if signed { -(2f64.powi(i32::from(bits) - 1)) } else { 0.0 };
             let count = (low + share * (2f64.powi(i32::from(bits)) - 1.0)).floor();
@@ -427,10 +581,11 @@ mod tests {
 
         #[test]
         fn p03_any_layout_and_any_bytes_are_a_number_or_none(
-            start_bit: u8, bits: u8, big_endian: bool, signed: bool, scale: f32, offset: f32,
+            start_bit: u8, bits: u8, big_endian: bool, signed: bool, float: bool,
+            scale: f32, offset: f32,
             data in prop::collection::vec(any::<u8>(), 0..=8)
         ) {
-            let signal = Signal { start_bit, bits, big_endian, signed, scale, offset };
+            let signal = Signal { start_bit, bits, big_endian, signed, float, scale, offset };
             let _ = (signal.validate(), signal.read(&data));
             signal.write(1.0, &mut [0; 8]);
         }

@@ -16,8 +16,17 @@ const TICKS: u32 = 400;
 /// The catheter's drive with the codes of ENCODER, at other positions in other frames.
 fn drive(rotation_id: u16) -> Drive {
     let little = |id, start_bit, signed, scale| Place {
+        selector: None,
         id,
-        signal: Signal { start_bit, bits: 24, big_endian: false, signed, scale, offset: 0.0 },
+        signal: Signal {
+            start_bit,
+            bits: 24,
+            big_endian: false,
+            signed,
+            float: false,
+            scale,
+            offset: 0.0,
+        },
     };
     Drive {
         insertion: little(ID, 4, false, Insertion::UNIT_M),
@@ -115,19 +124,21 @@ fn p01_one_of_a_drives_frames_that_stops_coming_ramps_down() {
 #[test]
 fn buttons_and_grip_say_what_is_felt() {
     let place = |id, start_bit, bits| Place {
+        selector: None,
         id,
         signal: Signal {
             start_bit,
             bits,
             big_endian: false,
+            float: false,
             signed: false,
             scale: 1e-4,
             offset: 0.0,
         },
     };
     let button = |start_bit| {
-        let Place { id, signal } = place(ID + 2, start_bit, 1);
-        Some(Place { id, signal: Signal { scale: 1.0, ..signal } })
+        let Place { id, signal, .. } = place(ID + 2, start_bit, 1);
+        Some(Place { id, signal: Signal { scale: 1.0, ..signal }, selector: None })
     };
     let drive = |id, start_bit, button| Drive {
         insertion: place(id, start_bit, 16),
@@ -214,8 +225,17 @@ fn our_own_frame_is_foreign_where_the_master_has_another_and_a_short_one_is_reje
 #[test]
 fn both_drives_may_share_a_frame() {
     let place = |start_bit, bits, signed| Place {
+        selector: None,
         id: ID,
-        signal: Signal { start_bit, bits, big_endian: true, signed, scale: 1e-4, offset: 0.0 },
+        signal: Signal {
+            start_bit,
+            bits,
+            big_endian: true,
+            signed,
+            float: false,
+            scale: 1e-4,
+            offset: 0.0,
+        },
     };
     let button = place(56, 1, false).signal;
     let catheter =
@@ -223,7 +243,7 @@ fn both_drives_may_share_a_frame() {
     let guidewire = Drive {
         insertion: place(39, 16, false),
         rotation: place(55, 15, true),
-        held: Some(Place { id: ID, signal: Signal { scale: 1.0, ..button } }),
+        held: Some(Place { id: ID, signal: Signal { scale: 1.0, ..button }, selector: None }),
     };
     let master = Master { catheter: Some(catheter), guidewire: Some(guidewire), grip: None };
     assert_eq!((master.validate(), master.frames()), (Ok(()), 1));

@@ -19,8 +19,10 @@ use super::weld::weld;
 pub struct MeshRepairs {
     /// Triangles without area that were dropped.
     pub degenerate: usize,
-    /// Triangles turned round to face the same way as their neighbours.
+    /// Triangles turned round to face the same way as most of their piece.
     pub flipped: usize,
+    /// Triangles that face the lumen in the file, as most of their piece do, and not away from it.
+    pub inside_out: usize,
     /// Facets split at a corner of another that lay on their edge.
     pub split: usize,
     /// Separate pieces of the surface.
@@ -55,7 +57,7 @@ impl Mesh {
             split += more;
             twin = twins(&positions, &vertex)?;
         }
-        let (flipped, pieces) = face_one_way(&positions, &mut vertex, &mut twin)?;
+        let faced = face_one_way(&positions, &mut vertex, &mut twin)?;
         let mut mesh = Self {
             beyond_m: vec![0.0; positions.len()],
             positions,
@@ -66,10 +68,19 @@ impl Mesh {
         };
         mesh.smooth_normals();
         mesh.check_rims()?;
-        let (doubts, volume_m3) = mesh.check_pieces()?;
-        let (crossing, figure) = (mesh.crossing(), mesh.figure(volume_m3));
-        let repairs =
-            MeshRepairs { degenerate, flipped, split, pieces, doubts, left_out, crossing, figure };
+        let (doubts, volumes_m3) = mesh.check_pieces()?;
+        let (crossing, figure) = (mesh.crossing(), mesh.figure(volumes_m3.iter().sum()));
+        let repairs = MeshRepairs {
+            degenerate,
+            flipped: faced.iter().map(|piece| piece.turned).sum(),
+            inside_out: inside_out(&faced, &volumes_m3),
+            split,
+            pieces: faced.len(),
+            doubts,
+            left_out,
+            crossing,
+            figure,
+        };
         Ok((mesh, repairs))
     }
 
@@ -109,24 +120,42 @@ fn twins(positions: &[Vector3<f64>], vertex: &[u32]) -> Result<Vec<u32>, MeshCau
     Ok(twin)
 }
 
-/// Makes neighbours face the same way. Returns how many were turned and how many pieces
-/// there are.
+/// How the facets of a piece face in the file.
+struct Faced {
+    triangles: usize,
+    /// Those that face the other way than most of the piece.
+    turned: usize,
+    /// Whether most of them face the other way now.
+    is_reversed: bool,
+}
+
+/// Triangles of pieces that face the lumen in the file. `volumes_m3`: of each piece as it faces now,
+/// negative if its facets face the lumen.
+fn inside_out(faced: &[Faced], volumes_m3: &[f64]) -> usize {
+    let pieces = faced.iter().zip(volumes_m3);
+    let pieces = pieces.filter(|(piece, volume_m3)| (**volume_m3 < 0.0) != piece.is_reversed);
+    pieces.map(|(piece, _)| piece.triangles - piece.turned).sum()
+}
+
+/// Makes neighbours face the same way. Returns how the facets of each piece faced; the pieces are in the
+/// order of their first triangles.
 fn face_one_way(
     positions: &[Vector3<f64>],
     vertex: &mut [u32],
     twin: &mut [u32],
-) -> Result<(usize, usize), MeshCause> {
-    let (mut flipped, mut pieces) = (0, 0);
+) -> Result<Vec<Faced>, MeshCause> {
+    let mut faced = Vec::new();
     let mut seen = vec![false; vertex.len() / 3];
     let mut queue = Vec::new();
     for start in 0..seen.len() {
         if seen[start] {
             continue;
         }
-        pieces += 1;
+        let (mut triangles, mut flipped) = (0, 0);
         seen[start] = true;
         queue.push(start);
         while let Some(triangle) = queue.pop() {
+            triangles += 1;
             for half_edge in 3 * triangle..3 * triangle + 3 {
                 let other = twin[half_edge];
                 if other == RIM {
@@ -149,6 +178,10 @@ fn face_one_way(
                 queue.push(neighbour);
             }
         }
+        // The piece faces as its first triangle does, which may be the one that is wrong.
+        let is_reversed = 2 * flipped > triangles;
+        let turned = if is_reversed { triangles - flipped } else { flipped };
+        faced.push(Faced { triangles, turned, is_reversed });
     }
-    Ok((flipped, pieces))
+    Ok(faced)
 }

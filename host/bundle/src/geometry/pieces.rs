@@ -143,9 +143,9 @@ pub struct PieceDoubts {
 }
 
 impl Mesh {
-    /// Refuses pieces within others. Returns what else looks wrong, and the volume of all pieces with
-    /// lids \[m³\].
-    pub(super) fn check_pieces(&self) -> Result<(PieceDoubts, f64), MeshCause> {
+    /// Refuses pieces within others. Returns what else looks wrong, and the volume of each piece with its
+    /// lids, negative if its facets face the lumen \[m³\].
+    pub(super) fn check_pieces(&self) -> Result<(PieceDoubts, Vec<f64>), MeshCause> {
         let pieces = Pieces::of(self);
         let mut doubts = PieceDoubts::default();
         if pieces.triangles.len() > 1 {
@@ -157,7 +157,18 @@ impl Mesh {
             doubts.overlap_mm = partly;
         }
         doubts.channels = pieces.handles(self);
-        Ok((doubts, pieces.volumes_m3(self).iter().sum()))
+        Ok((doubts, pieces.volumes_m3(self)))
+    }
+
+    /// The triangles, facing away from the lumen as a surface's do \[m\].
+    pub fn facing_outwards(&self) -> Vec<Triangle> {
+        let pieces = Pieces::of(self);
+        let volumes_m3 = pieces.volumes_m3(self);
+        let outwards = |(triangle, &piece): (usize, &u32)| {
+            let [a, b, c] = self.triangle(triangle);
+            if volumes_m3[piece as usize] < 0.0 { [a, c, b] } else { [a, b, c] }
+        };
+        pieces.piece.iter().enumerate().map(outwards).collect()
     }
 
     /// Turns every piece so that its facets face the lumen, by the volume that they and lids over

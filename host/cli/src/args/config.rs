@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use cathforce_config::Key;
 use clap::{Args, Subcommand};
 
-use super::{Changes, JsonFile, link, lumen, setting};
+use super::{Changes, JsonFile, lead, link, lumen, setting};
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -214,7 +214,7 @@ pub struct ConfigImportDbcArguments {
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub button: Option<String>,
     /// Millimetres of feed in one turn, for drives whose feed is counted in revolutions.
-    #[arg(long, value_name = "MM", value_parser = lead)]
+    #[arg(long, value_name = "MM", value_parser = lead, allow_negative_numbers = true)]
     pub lead: Option<f64>,
     /// Grip of the handle; a value of one half or more means gripped.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
@@ -239,9 +239,4 @@ pub struct ConfigImageArguments {
     pub out: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
-}
-
-fn lead(text: &str) -> Result<f64, String> {
-    let found = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x != 0.0);
-    found.ok_or_else(|| format!("`{text}` is no lead in mm; a left-handed screw has one below 0"))
 }

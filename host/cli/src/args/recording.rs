@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use cathforce_recording::import::{AxisMap, ColumnMap};
+use cathforce_recording::import::{AxisMap, ColumnMap, RosClock};
 use clap::{ArgGroup, Args, Subcommand};
 
 use super::camera::ImportCameraArguments;
 use super::material::millimetres;
 use super::wall::{Triple, triple};
-use super::{Changes, JsonFile, link, positive, positive_seconds};
+use super::{Changes, JsonFile, counts, lead, link, positive, positive_seconds};
 
 #[derive(Debug, Args)]
 pub struct ExportArguments {
@@ -50,13 +50,16 @@ pub enum ImportSource {
     /// Make a recording from a log of a CAN bus; the format is told by the content.
     #[command(visible_alias = "candump")]
     Can(ImportCandumpArguments),
-    /// Make a trial from the log of an ATI force/torque sensor and the drive's motion.
+    /// Make a trial from the log of a force/torque sensor (ATI, OptoForce, OnRobot, Bota) and the drive's motion.
+    #[command(visible_alias = "force")]
     Ati(ImportAtiArguments),
     /// Make a trial from a CSV with columns of other names.
     Csv(ImportCsvArguments),
+    /// Make a trial from a bag of ROS 2: MCAP or SQLite, with joints, wrenches, points and frames.
+    Ros(ImportRosArguments),
     /// Make the vessel.stl of a bundle from a surface of another tool: VTP, VTU, OBJ, PLY or STL.
     Mesh(ImportMeshArguments),
-    /// Make the centreline.csv of a bundle from a line of another tool: VTP, VTU or Slicer's markups.
+    /// Make the centreline.csv of a bundle from a line of another tool: VTP, VTU, Slicer's markups or CSV.
     Centreline(ImportCentrelineArguments),
     /// Make a trial from a camera's frames and the drive's motion: the tip and the shape of the catheter.
     Camera(Box<ImportCameraArguments>),
@@ -86,6 +89,26 @@ pub struct ImportCandumpArguments {
     pub dry_run: bool,
 }
 
+/// The unit of a column of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TimeUnit {
+    S,
+    Ms,
+    Us,
+    Ns,
+}
+
+impl TimeUnit {
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::S => 1.0,
+            Self::Ms => 1e-3,
+            Self::Us => 1e-6,
+            Self::Ns => 1e-9,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct ImportAtiArguments {
     /// Log of the sensor.
@@ -109,6 +132,16 @@ pub struct ImportAtiArguments {
     /// Rows per second of a log without a column Time; goes before the log's own rate.
     #[arg(long, value_name = "HZ", value_parser = hertz)]
     pub rate: Option<f64>,
+    /// Unit of the column of time, if its name does not say it [default: s]
+    #[arg(long, value_enum)]
+    pub time_unit: Option<TimeUnit>,
+    /// Forces of the unloaded sensor in newtons, which are subtracted; the sensor's axes.
+    #[arg(long, value_name = "FX,FY,FZ", value_parser = triple, allow_hyphen_values = true)]
+    pub bias: Option<Triple>,
+    /// Matrix of three rows of three or six numbers that makes newtons of Fx, Fy, Fz and Tx, Ty, Tz; the log's
+    /// own unit does not count then.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "counts_per_n")]
+    pub calibration: Option<PathBuf>,
     /// Time of the motion at which the log begins.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub offset: f64,
@@ -134,6 +167,68 @@ pub struct ImportCsvArguments {
     /// New trial, for example BUNDLE/trials/004.csv.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
+    /// Say what was understood and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+}
+
+/// Which time of a message counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Clock {
+    /// That of the message's header; of the recorder for messages without one.
+    Stamp,
+    /// When the recorder received it.
+    Log,
+}
+
+impl From<Clock> for RosClock {
+    fn from(clock: Clock) -> Self {
+        match clock {
+            Clock::Stamp => Self::Stamp,
+            Clock::Log => Self::Log,
+        }
+    }
+}
+
+/// A signal is named TOPIC:NAME, for example `/joint_states:feed`; `--list` lists those of a bag.
+#[derive(Debug, Args)]
+pub struct ImportRosArguments {
+    /// Bag: a file .mcap or .db3, or the folder of `ros2 bag record`.
+    #[arg(value_name = "FILE|FOLDER")]
+    pub bag: PathBuf,
+    /// Compute a column of the trial from a signal, for example
+    /// `insertion_m=/joint_states:feed*0.001+0.028` with the offset in the trial's unit. May be repeated.
+    #[arg(
+        long = "column",
+        value_name = "NAME=SIGNAL[*FACTOR[+OFFSET]]",
+        value_parser = ColumnMap::parse
+    )]
+    pub columns: Vec<ColumnMap>,
+    /// Millimetres of feed in one turn, for a joint of the insertion that is in radians.
+    #[arg(long, value_name = "MM", value_parser = lead, allow_negative_numbers = true)]
+    pub lead: Option<f64>,
+    /// Topic of the force sensor, a WrenchStamped.
+    #[arg(long, value_name = "TOPIC")]
+    pub force: Option<String>,
+    /// The sensor's axes that point along the vessel's x, y and z, for example `+y,-x,+z`.
+    #[arg(long, value_name = "AXES", default_value = "+x,+y,+z", value_parser = AxisMap::parse, allow_hyphen_values = true, requires = "force")]
+    pub axes: AxisMap,
+    /// Subtract the mean force of the first seconds, during which nothing touched the sensor.
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
+    pub tare: Option<f64>,
+    /// Tip in metres in the vessel's frame: the topic of a PointStamped or PoseStamped, or a topic of tf and
+    /// the frame, like `/tf:tip`.
+    #[arg(long, value_name = "TOPIC[:FRAME]")]
+    pub tip: Option<String>,
+    /// Time of a message that counts.
+    #[arg(long, value_enum, default_value_t = Clock::Stamp)]
+    pub clock: Clock,
+    /// New trial, for example BUNDLE/trials/004.csv.
+    #[arg(long, value_name = "FILE.csv", required_unless_present = "list")]
+    pub out: Option<PathBuf>,
+    /// List topics and signals, and write nothing.
+    #[arg(long)]
+    pub list: bool,
     /// Say what was understood and write nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -306,10 +401,6 @@ pub struct CompletionsArguments {
 pub struct ManArguments {
     /// Folder for the pages, one for each command.
     pub folder: PathBuf,
-}
-
-fn counts(text: &str) -> Result<f64, String> {
-    positive(text, "a number of counts above 0")
 }
 
 fn hertz(text: &str) -> Result<f64, String> {

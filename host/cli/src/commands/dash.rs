@@ -117,7 +117,7 @@ fn link(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
     let master = master_of(arguments.changes.file.as_deref())?;
     let link = cathforce_link::open(&address)?;
     let source = LinkSource { link, master, drive, watch_only: arguments.watch_only };
-    Ok(Source::Link { name: address, source })
+    Ok(Source::Link { name: address, source: Box::new(source) })
 }
 
 /// The trial of a bundle, to be played on the device.

@@ -58,7 +58,8 @@ pub fn run(ui: &Ui, arguments: &DemoArguments) -> Result<(), Failure> {
         },
         max_error: None,
     };
-    run::run(ui, &arguments.link, Pace::LockStep, &play)?;
+    let on = run::On { link: &arguments.link, pace: Pace::LockStep, sensor: None };
+    run::run_and(ui, on, &play, |_, _| Ok(()))?;
     let export = ExportArguments {
         recording: recording.clone(),
         csv: Some(out.join("ticks.csv")),

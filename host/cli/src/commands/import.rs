@@ -7,6 +7,7 @@ pub mod candump;
 #[cfg(feature = "meshes")]
 mod mesh;
 mod motion;
+mod ros;
 mod table;
 pub mod trial;
 
@@ -23,6 +24,7 @@ pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
         ImportSource::Can(arguments) => candump::run(ui, arguments),
         ImportSource::Ati(arguments) => ati::run(ui, arguments),
         ImportSource::Csv(arguments) => table::run(ui, arguments),
+        ImportSource::Ros(arguments) => ros::run(ui, arguments),
         ImportSource::Mesh(arguments) => mesh::surface(ui, arguments),
         ImportSource::Centreline(arguments) => mesh::centreline(ui, arguments),
         ImportSource::Camera(arguments) => camera::run(ui, arguments),

@@ -7,11 +7,12 @@ use cathforce_bundle::bundle::{CatheterTrial, EncoderReading};
 use cathforce_bus::{Displacement, Encoder, Insertion, Rotation, Tendons};
 use cathforce_link::{Client, Step};
 use cathforce_mechanics::MAX_TENDONS;
+use cathforce_recording::sensor::{ForceSensor, SensorAddress, SensorOptions};
 use cathforce_recording::{
     Analysis, FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse,
 };
 
-use crate::args::{Feel, PlayArguments};
+use crate::args::{Feel, PlayArguments, RunArguments, SensorArguments};
 use crate::difference::difference;
 use crate::failure::{Code, Failure};
 use crate::image::image;
@@ -22,18 +23,38 @@ use crate::run_info::info;
 use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::{Ui, two_columns};
 
-pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
-    run_and(ui, link, pace, arguments, |_, _| Ok(()))
+/// The device that plays, and a sensor beside it.
+#[derive(Clone, Copy)]
+pub struct On<'a> {
+    /// Address of the link.
+    pub link: &'a str,
+    pub pace: Pace,
+    pub sensor: Option<(&'a SensorAddress, SensorOptions)>,
+}
+
+pub fn run(ui: &Ui, arguments: &RunArguments) -> Result<(), Failure> {
+    let SensorArguments { sensor, counts_per_n, axes, tare } = &arguments.sensor;
+    let options = SensorOptions {
+        counts_per_n: *counts_per_n,
+        axes: *axes,
+        tare_s: tare.unwrap_or_default(),
+    };
+    let on = On {
+        link: &arguments.link,
+        pace: if arguments.free { Pace::Free } else { Pace::LockStep },
+        sensor: sensor.as_ref().map(|address| (address, options)),
+    };
+    run_and(ui, on, &arguments.play, |_, _| Ok(()))
 }
 
 /// The same; `and` is done with the recording and what follows from it, once they are summed up.
 pub fn run_and(
     ui: &Ui,
-    link: &str,
-    pace: Pace,
+    on: On<'_>,
     arguments: &PlayArguments,
     and: impl FnOnce(&Recording, &Analysis) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
+    let On { link, pace, sensor } = on;
     // Checked first, because building the image takes a while.
     cathforce_link::check_address(link)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
@@ -56,6 +77,7 @@ pub fn run_and(
     let folder = temporary_folder()?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("run.mcap"));
     let mut client = Client::connect(cathforce_link::open(link)?)?;
+    let sensor = sensor.map(|sensor| start(ui, &client, pace, sensor)).transpose()?;
     let run = TrialRun {
         bundle: &bundle,
         number,
@@ -65,6 +87,7 @@ pub fn run_and(
         duration_s: arguments.duration,
         feel: arguments.feel,
         overwrite: arguments.overwrite,
+        sensor: sensor.as_ref(),
     };
     let played = play(ui, &mut client, run, &image, &out);
     // A run that ends before its device is ready leaves no recording.
@@ -90,6 +113,29 @@ pub struct TrialRun<'a> {
     pub feel: Feel,
     /// Whether an existing recording is replaced.
     pub overwrite: bool,
+    /// Measures the force in place of the trial's.
+    pub sensor: Option<&'a ForceSensor>,
+}
+
+/// Starts a sensor, whose time must be that of the device.
+fn start(
+    ui: &Ui,
+    client: &Client,
+    pace: Pace,
+    (address, options): (&SensorAddress, SensorOptions),
+) -> Result<ForceSensor, Failure> {
+    if pace == Pace::LockStep && client.device().can_lock_step {
+        let message = "--sensor measures in real time, and this device in lock step computes in its own\n  \
+                       fix: add --free";
+        return Err(Failure::new(Code::Usage, message));
+    }
+    if !options.axes.is_rotation() {
+        ui.warn("--axes mirrors, which is right only for a sensor that measures the reaction");
+    }
+    let sensor = ForceSensor::start(address, options)
+        .map_err(|e| Failure::new(Code::Link, e.to_string()))?;
+    ui.say(format_args!("sensor: {address}, {}", sensor.unit()));
+    Ok(sensor)
 }
 
 /// Configures a device with an image, plays a trial on it and records the run.
@@ -100,7 +146,7 @@ pub fn play(
     image: &[u8],
     out: &Path,
 ) -> Result<(), Failure> {
-    let TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite } = run;
+    let TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite, sensor } = run;
     let mut measured = recorded(bundle, trial)?;
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let start_s = measured.rows.first().map_or(0.0, |row| row.t_s);
@@ -124,6 +170,7 @@ pub fn play(
         duration_s: duration_s.unwrap_or(f64::INFINITY).min(trial.duration_s()),
         out,
         overwrite,
+        sensor,
     };
     run_session(ui, client, plan)
 }

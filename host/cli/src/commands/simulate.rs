@@ -11,12 +11,14 @@ use cathforce_recording::{
 };
 
 use super::bundle::{check_folder, fill_folder};
-use super::run::run_and;
+use super::run::{On, run_and};
 use crate::args::{PlayArguments, SimulateArguments};
 use crate::failure::{Code, Failure};
 use crate::session::Pace;
 use crate::ui::Ui;
 
+/// A device in this process.
+const ON_SIM: On<'_> = On { link: "sim", pace: Pace::LockStep, sensor: None };
 /// The file that says where the trials of a bundle come from.
 const README: &str = "README.md";
 /// How it begins, in a bundle that was made here.
@@ -24,11 +26,11 @@ const MADE: &str = "**Simulated, not measured**";
 
 pub fn run(ui: &Ui, arguments: &SimulateArguments) -> Result<(), Failure> {
     let Some(folder) = &arguments.as_trial else {
-        return run_and(ui, "sim", Pace::LockStep, &arguments.play, |_, _| Ok(()));
+        return run_and(ui, ON_SIM, &arguments.play, |_, _| Ok(()));
     };
     let folder = folder.clone().unwrap_or_else(|| beside(&arguments.play.bundle));
     let place = Place::of(&arguments.play.bundle, folder)?;
-    run_and(ui, "sim", Pace::LockStep, &arguments.play, |recording, analysis| {
+    run_and(ui, ON_SIM, &arguments.play, |recording, analysis| {
         write(ui, arguments, &place, recording, analysis)
     })
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cathforce_config::master::{Drive, Master, Place, Signal};
+use cathforce_config::master::{Drive, Master, Place, Selector, Signal};
 use toml::de::DeTable;
 
 use super::table::{Reader, Value};
@@ -11,7 +11,9 @@ const FORM: &str = "write `insertion = { start_bit = 0, bits = 24, byte_order = 
                     false, scale = 1e-7, offset = 0 }`; docs/reference/settings.md has an example";
 const MASTER: [&str; 3] = ["catheter", "guidewire", "grip"];
 const DRIVE: [&str; 4] = ["id", "insertion", "rotation", "held"];
-const PLACE: [&str; 7] = ["id", "start_bit", "bits", "byte_order", "signed", "scale", "offset"];
+const SELECTOR: [&str; 4] = ["start_bit", "bits", "byte_order", "value"];
+const PLACE: [&str; 9] =
+    ["id", "start_bit", "bits", "byte_order", "signed", "float", "scale", "offset", "selector"];
 /// Identifiers of 29 bits are read, so that validation can say that they are too long.
 const LARGEST_ID: u32 = u32::MAX;
 
@@ -105,6 +107,11 @@ fn place(
     let order =
         order.and_then(|order| reader.word(&at("byte_order"), order, &["little", "big"], FORM));
     let signed = table.get("signed").and_then(|signed| reader.flag(&at("signed"), signed, FORM));
+    let selector = match table.get("selector") {
+        Some(value) => Some(selector(reader, &at("selector"), value)?),
+        None => None,
+    };
+    let float = table.get("float").and_then(|float| reader.flag(&at("float"), float, FORM));
     let mut number = |name: &str, default: f64| match table.get(name) {
         Some(value) => reader.number(&at(name), value, FORM).unwrap_or(default),
         None => default,
@@ -114,12 +121,41 @@ fn place(
         bits: u8::try_from(bits?).ok()?,
         big_endian: order == Some("big"),
         signed: signed.unwrap_or(false),
+        float: float.unwrap_or(false),
         scale: number("scale", 1.0) as f32,
         offset: number("offset", 0.0) as f32,
     };
     // An identifier beyond 16 bits stays too long for validation.
     let id = u16::try_from(id?).unwrap_or(u16::MAX);
-    Some(Place { id, signal })
+    Some(Place { id, signal, selector })
+}
+
+/// Which frames of an identifier hold a quantity.
+fn selector(reader: &mut Reader<'_>, path: &str, value: &Value<'_>) -> Option<Selector> {
+    const FORM: &str = "write `selector = { start_bit = 0, bits = 8, value = 1 }`";
+    let table = reader.table(path, value, FORM)?;
+    reader.check_keys(path, table, &SELECTOR, FORM);
+    let mut whole = |name: &str, most: u32| {
+        let found = table.get(name);
+        let found =
+            found.and_then(|value| reader.whole(&format!("{path}.{name}"), value, most, FORM));
+        if found.is_none() && !table.contains_key(name) {
+            reader.report(&value.span(), format!("`{path}` has no `{name}`"), FORM);
+        }
+        found
+    };
+    let (start_bit, bits, value) =
+        (whole("start_bit", 63), whole("bits", 64), whole("value", u32::MAX));
+    let order = table.get("byte_order");
+    let order = order.and_then(|order| {
+        reader.word(&format!("{path}.byte_order"), order, &["little", "big"], FORM)
+    });
+    Some(Selector {
+        start_bit: u8::try_from(start_bit?).ok()?,
+        bits: u8::try_from(bits?).ok()?,
+        big_endian: order == Some("big"),
+        value: value?,
+    })
 }
 
 /// The frames as they are written in a file.
@@ -141,13 +177,20 @@ pub fn text(master: &Master) -> String {
 
 /// A quantity with its frame, unless that is its drive's.
 fn place_text(name: &str, place: Place, of_drive: Option<u16>) -> String {
-    let Place { id, signal } = place;
-    let Signal { start_bit, bits, big_endian, signed, scale, offset } = signal;
+    let Place { id, signal, selector } = place;
+    let Signal { start_bit, bits, big_endian, signed, float, scale, offset } = signal;
     let id = if of_drive == Some(id) { String::new() } else { format!("id = {id:#05x}, ") };
     let order = if big_endian { "big" } else { "little" };
+    let selector = selector.map_or(String::new(), |Selector { start_bit, bits, big_endian, value }| {
+        let order = if big_endian { "big" } else { "little" };
+        format!(
+            ", selector = {{ start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", value = {value} }}"
+        )
+    });
+    let kind = if float { "float = true".to_owned() } else { format!("signed = {signed}") };
     format!(
-        "{name} = {{ {id}start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", signed \
-         = {signed}, scale = {scale:?}, offset = {offset:?} }}\n"
+        "{name} = {{ {id}start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", {kind}, \
+         scale = {scale:?}, offset = {offset:?}{selector} }}\n"
     )
 }
 
@@ -174,17 +217,20 @@ mod tests {
             bits: 16,
             big_endian,
             signed: true,
+            float: false,
             scale: 1.234_567_9e-5,
             offset: -0.1,
         };
-        let place = |id, signal| Place { id, signal };
+        let place = |id, signal| Place { id, signal, selector: None };
         let button = Signal { bits: 1, scale: 1.0, ..signal(63, false) };
         let drive = Drive {
             insertion: place(0x2A, signal(0, false)),
             rotation: place(0x2C, signal(23, true)),
             held: Some(place(0x2A, button)),
         };
-        let rotation = place(0x2B, signal(23, true));
+        let float = Signal { bits: 32, float: true, signed: false, ..signal(39, true) };
+        let selector = Selector { start_bit: 7, bits: 6, big_endian: true, value: 41 };
+        let rotation = Place { selector: Some(selector), ..place(0x2B, float) };
         let master = Master {
             catheter: Some(drive),
             guidewire: Some(Drive { rotation, held: None, ..drive }),

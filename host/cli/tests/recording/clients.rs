@@ -9,21 +9,21 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use crate::{data, recording, text};
+use crate::{command, data, recording, stderr, text};
 
-fn folder() -> PathBuf {
+pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recording/clients")
 }
 
 /// Says that a client is not there to be asked, past the test runner, which shows what a test
 /// prints only when it fails.
-fn not_run(client: &str, why: impl Display) {
+pub fn not_run(client: &str, why: impl Display) {
     let line = format!("\nNOT RUN: {client}: {why}\n");
     std::io::stderr().write_all(line.as_bytes()).unwrap();
 }
 
 /// A Python that has them; `Err` says why there is none.
-fn python() -> Result<&'static Path, &'static str> {
+pub fn python() -> Result<&'static Path, &'static str> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     PYTHON.get_or_init(installed).as_deref().map_err(String::as_str)
 }
@@ -110,7 +110,62 @@ fn independent_clients_read_what_is_written() {
     assert!(read["table"]["peak_n"].as_f64().unwrap() > 0.05);
 }
 
-fn succeeded(command: &mut Command) -> String {
+/// Bags of rosbags in every packing, with messages of both orders of bytes, become the same trial.
+#[test]
+fn a_bag_of_another_robot_becomes_a_trial() {
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => return not_run("rosbags", why),
+    };
+    let out = tempfile::tempdir().unwrap();
+    succeeded(Command::new(python).arg(folder().join("ros.py")).arg(out.path()));
+    let names = ["sqlite", "mcap", "packed", "storage", "file"];
+    let trials = names.map(|name| {
+        let [bag, trial] = ["", ".csv"].map(|end| out.path().join(format!("{name}{end}")));
+        let import = ["import", "ros", text(&bag), "--out", text(&trial)];
+        let columns = [
+            "--column=insertion_m=/joint_states:feed.motor*1+0.02",
+            "--column=rotation_rad=/joint_states:roll_joint",
+            "--column=drive_fx_N=/joint_states:feed.motor.effort",
+            "--force=/ft_sensor/wrench",
+            "--tip=/tf:catheter_tip",
+            "--lead=5",
+            "--axes=+y,-x,+z",
+        ];
+        let output = command().args(import).args(columns).output().unwrap();
+        assert!(output.status.success(), "{name}: {}", stderr(&output));
+        let said = stderr(&output);
+        assert!(said.contains("801 messages over 4.000 s, 200.0 Hz, in ft_link"), "{said}");
+        assert!(said.contains("timed by its stamps, 3.0 ms before the recorder"), "{said}");
+        std::fs::read_to_string(trial).unwrap()
+    });
+    assert!(trials.iter().all(|trial| *trial == trials[0]));
+    // What the script says that the robot did.
+    let mut lines = trials[0].lines();
+    let heading = "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N,drive_fx_N,tip_x_m,tip_y_m,tip_z_m";
+    assert_eq!(lines.next(), Some(heading));
+    let mut counts = [0; 3];
+    for line in lines {
+        let fields = line.split(',').map(|field| field.parse().ok()).collect::<Vec<Option<f64>>>();
+        let t_s = fields[0].unwrap();
+        let near = |at: usize, expected: f64| {
+            if let Some(found) = fields[at] {
+                assert!((found - expected).abs() < 1e-9, "{heading}: {line}");
+            }
+            usize::from(fields[at].is_some())
+        };
+        assert_eq!(near(1, 0.02 + 0.005 * t_s) + near(2, 0.5 * t_s), 2, "{line}");
+        let force = near(3, -0.2) + near(4, -0.1) + near(5, 0.3 + 0.2 * (t_s - 0.002));
+        let tip = near(7, 0.025 * t_s) + near(8, 0.002) + near(9, -0.003);
+        for (count, own) in counts.iter_mut().zip([force / 3, near(6, 1.5), tip / 3]) {
+            *count += own;
+        }
+    }
+    // The last of the 801 forces is measured after the drives' last message.
+    assert_eq!(counts, [800, 401, 101]);
+}
+
+pub fn succeeded(command: &mut Command) -> String {
     let output = command.env("PYTHONDONTWRITEBYTECODE", "1").output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));

@@ -6,11 +6,13 @@ mod check;
 mod clients;
 mod convert;
 mod documented;
+mod formats;
 mod kept;
 mod live;
 mod made;
 #[path = "../support/documented.rs"]
 mod pages;
+mod sensor;
 #[path = "../support/mod.rs"]
 mod support;
 #[cfg(target_os = "linux")]

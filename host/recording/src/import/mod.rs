@@ -1,17 +1,19 @@
 //! Imports measurements of other tools as the rows of a trial.
 //!
-//! It reads two kinds of text: the log of an ATI force/torque sensor, and any CSV whose columns the user
-//! names.
+//! It reads the log of a force/torque sensor, any CSV whose columns the user names, and bags of ROS 2.
 
 mod ati;
 mod error;
 mod join;
 mod join_seen;
+mod ros;
 mod table;
 
-pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
+pub use ati::{AtiLog, AtiOptions, AxisMap, ForceCalibration, ForceSample, read_ati};
+pub(crate) use ati::{status, units};
 pub use cathforce_bundle::bundle::ColumnMap;
 pub use error::ImportError;
 pub use join::{Joined, join};
 pub use join_seen::{JoinedSeen, Seen, best_offset, join_seen};
+pub use ros::{ImportedBag, RosClock, RosError, RosFile, RosTopic, list_ros, read_ros};
 pub use table::{ImportedTable, ImportedTrial, is_trial, read_csv, read_motion};

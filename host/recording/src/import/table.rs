@@ -27,6 +27,31 @@ pub enum ImportedTrial {
     Drive(Vec<f64>, DriveTrial),
 }
 
+impl ImportedTrial {
+    /// Subtracts the mean force of the first seconds. `Err` says why there is none.
+    pub fn tare(&mut self, seconds: f64) -> Result<(), String> {
+        let Self::Catheter(Trial { rows, .. }) = self else {
+            return Err("a drive on its own has no force".into());
+        };
+        let last_s = rows.last().map_or(0.0, |last| last.t_s);
+        if seconds > last_s {
+            return Err(format!("the trial ends {last_s} s after its beginning, within the tare"));
+        }
+        let still = rows.iter().filter(|row| row.t_s < seconds).filter_map(|row| row.force_n);
+        let still = still.collect::<Vec<_>>();
+        if still.is_empty() {
+            return Err(format!("no force was measured in the first {seconds} s"));
+        }
+        let mean: [f64; 3] = std::array::from_fn(|k| {
+            still.iter().map(|force_n| force_n[k]).sum::<f64>() / still.len() as f64
+        });
+        for force_n in rows.iter_mut().filter_map(|row| row.force_n.as_mut()) {
+            force_n.iter_mut().zip(mean).for_each(|(force_n, mean)| *force_n -= mean);
+        }
+        Ok(())
+    }
+}
+
 /// The command that reads a table, which decides what an error can advise.
 #[derive(Clone, Copy, PartialEq)]
 enum Reader {

@@ -6,7 +6,7 @@ use cathforce_bus::Direction;
 use cathforce_mechanics::MAX_TENDONS;
 use mcap::records::{MessageHeader, Metadata, Record};
 
-use super::container::{Container, Damage};
+use crate::container::{Container, Damage};
 use crate::format::dropout::{Dropout, DropoutCause};
 use crate::format::frame::BusFrame;
 use crate::format::info::{CHECKSUM, FORMAT, RunInfo, RunResult, checksum_of};

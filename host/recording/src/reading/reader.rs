@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use cathforce_bus::master::Master;
 use cathforce_config::image;
 
-use super::container::{Container, Cut, Damage};
 use super::contents::{Contents, Wrong};
+use crate::container::{Container, Cut, Damage};
 use crate::format::dropout::Dropout;
 use crate::format::frame::BusFrame;
 use crate::format::info::{RunInfo, RunResult};

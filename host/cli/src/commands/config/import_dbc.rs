@@ -5,7 +5,7 @@ use std::path::Path;
 
 use can_dbc::{ByteOrder, MultiplexIndicator, SignalExtendedValueType, ValueType};
 use cathforce_bus::Id;
-use cathforce_config::master::{Drive, Master, MasterError, Place, Signal};
+use cathforce_config::master::{Drive, Master, MasterError, Place, Selector, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
 
@@ -48,7 +48,7 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
         Failure::input(format!("{}: {problem}\n  fix: {fix}", path.display()))
     })?;
     let (Some(settings), false) = (&arguments.settings, arguments.list) else {
-        return list(ui, &dbc);
+        return list(ui, path, &dbc);
     };
     let master = frames(&dbc, path, arguments)?;
     write(settings, &master)?;
@@ -162,29 +162,29 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
         let what = format!("has the unit \"{}\"", signal.unit);
         return Err(Unfit::new(what, format!("write one of {} into the DBC", known.join(", "))));
     };
-    if signal.multiplexer_indicator != MultiplexIndicator::Plain {
-        return Err(Unfit::new(
-            "is multiplexed",
-            "take a signal that is in every frame, so that it is fresh every tick",
-        ));
-    }
+    let selector = selector(found)?;
     // The bits of a floating-point number, read as an integer, would be a position far off.
-    let extended = dbc.dbc().extended_value_type_for_signal(message.id, &signal.name);
-    if !matches!(extended, None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)) {
-        return Err(Unfit::new(
-            "is a floating-point number",
-            "let the master send it as an integer with a factor; the device reads no other",
-        ));
-    }
+    let float = match dbc.dbc().extended_value_type_for_signal(message.id, &signal.name) {
+        None | Some(SignalExtendedValueType::SignedOrUnsignedInteger) => false,
+        Some(SignalExtendedValueType::IEEEfloat32Bit) if signal.size == 32 => true,
+        Some(_) => {
+            return Err(Unfit::new(
+                format!("is a floating-point number of {} bits", signal.size),
+                "let the master send it as one of 32 bits, or as an integer with a factor; the device reads no \
+                 other",
+            ));
+        }
+    };
     let signal = Signal {
         start_bit: u8::try_from(signal.start_bit).unwrap_or(u8::MAX),
         bits: u8::try_from(signal.size).unwrap_or(u8::MAX),
         big_endian: signal.byte_order == ByteOrder::BigEndian,
-        signed: signal.value_type == ValueType::Signed,
+        signed: signal.value_type == ValueType::Signed && !float,
+        float,
         scale: (signal.factor * one) as f32,
         offset: (signal.offset * one) as f32,
     };
-    let place = Place { id, signal };
+    let place = Place { id, signal, selector };
     place.validate().map_err(|error| {
         let fix = match error {
             MasterError::Id => "let the master send it under a free identifier",
@@ -195,6 +195,37 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
     Ok(place)
 }
 
+/// The multiplexor of a signal that is not in every frame, and its value there.
+fn selector(Found { message, signal }: Found<'_>) -> Result<Option<Selector>, Unfit> {
+    let value = match signal.multiplexer_indicator {
+        MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => return Ok(None),
+        MultiplexIndicator::MultiplexedSignal(value) => Some(value),
+        MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => None,
+    };
+    let is_multiplexor =
+        |one: &&can_dbc::Signal| one.multiplexer_indicator == MultiplexIndicator::Multiplexor;
+    let multiplexors = message.signals.iter().filter(is_multiplexor).collect::<Vec<_>>();
+    let (Some(value), [multiplexor]) = (value, &multiplexors[..]) else {
+        return Err(Unfit::new(
+            "is multiplexed by more than one signal",
+            "take a signal that one multiplexor selects, or one that is in every frame",
+        ));
+    };
+    let selector = Selector {
+        start_bit: u8::try_from(multiplexor.start_bit).unwrap_or(u8::MAX),
+        bits: u8::try_from(multiplexor.size).unwrap_or(u8::MAX),
+        big_endian: multiplexor.byte_order == ByteOrder::BigEndian,
+        value: u32::try_from(value).unwrap_or(u32::MAX),
+    };
+    match selector.validate().is_ok() && u64::from(selector.value) == value {
+        true => Ok(Some(selector)),
+        false => Err(Unfit::new(
+            format!("is selected by {} = {value}, which does not fit", multiplexor.name),
+            "correct the multiplexor in the DBC",
+        )),
+    }
+}
+
 /// The 11-bit identifier of a signal's frame.
 fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
     let name = &found.message.name;
@@ -202,7 +233,8 @@ fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
         Identifier::Base(id) => return Ok(id),
         Identifier::Extended(_) => Unfit::new(
             "is in a frame with a 29-bit identifier",
-            "let the master send it in a frame with an 11-bit identifier; the device reads no other",
+            "let the master send it in a frame with an 11-bit identifier, or put a gateway between that does; the \
+             device reads no other",
         ),
         Identifier::Neither(raw) => Unfit::new(
             format!(
@@ -273,13 +305,21 @@ fn write(path: &Path, frames: &Master) -> Result<(), Failure> {
     SettingsFile::read(path).map(drop)
 }
 
-fn list(ui: &Ui, dbc: &LabDbc) -> Result<(), Failure> {
+fn list(ui: &Ui, path: &Path, dbc: &LabDbc) -> Result<(), Failure> {
     let mut text = String::new();
     let mut names = Vec::new();
     for found in dbc.signals() {
         let id = dbc.identifier(found.message);
         let (name, bits) = (dbc.full_name(found), found.signal.size);
         let unit = found.signal.unit.trim();
+        if !is_within_frame(found) {
+            ui.warn(format_args!(
+                "{}: {name} is not within the {} bytes of its frame: the frame's length or the signal's place \
+                 is wrong",
+                path.display(),
+                found.message.size
+            ));
+        }
         text += format!("{name}  {}, {bits} bits  {unit}", id.text()).trim_end();
         text.push('\n');
         let raw = match id {
@@ -343,12 +383,15 @@ mod tests {
     fn a_signal_that_the_device_cannot_read_is_refused_with_its_reason() {
         let dbc = LabDbc::read(LAB).unwrap();
         assert_eq!(placed(&dbc, "Handle.Feed").unwrap().signal.scale, 1e-5);
+        let sometimes = placed(&dbc, "Mode.Sometimes").unwrap().selector;
+        let expected = Selector { start_bit: 0, bits: 8, big_endian: false, value: 0 };
+        assert_eq!(sometimes, Some(expected));
+        let real = placed(&dbc, "Real.Feed").unwrap().signal;
+        assert!(real.float && !real.signed && real.bits == 32);
         for (name, why) in [
             ("Mode.Which", "the unit \"\""),
-            ("Mode.Sometimes", "is multiplexed"),
             ("Far.Feed", "29-bit identifier"),
-            ("Real.Feed", "floating-point"),
-            ("Real.Double", "floating-point"),
+            ("Real.Double", "floating-point number of 64 bits"),
             ("Wide.Feed", "1 to 32 bits"),
             ("Wide.Over", "not within the 8 bytes of its frame Wide"),
             ("Short.Feed", "not within the 4 bytes"),

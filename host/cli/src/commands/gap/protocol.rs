@@ -147,6 +147,7 @@ fn play(
         duration_s: protocol.duration_s(),
         out: &out,
         overwrite: arguments.overwrite,
+        sensor: None,
     };
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     run_session(ui, &mut client, plan)?;

@@ -199,7 +199,8 @@ fn play_both(
     let (duration_s, feel) = (arguments.duration, Feel::Catheter);
     let pace = Pace::LockStep;
     let overwrite = false;
-    let run = TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite };
+    let sensor = None;
+    let run = TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite, sensor };
     ui.say("as rig.toml states the rig:");
     let file = folder.path().join("before.mcap");
     let (before, bits) = estimated(ui, &mut client, run, images[0], &file)?;

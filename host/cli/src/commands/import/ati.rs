@@ -1,13 +1,18 @@
 //! `cathforce import ati`.
 
+use std::path::Path;
+
 use cathforce_bundle::bundle::LONGEST_GAP_S;
-use cathforce_recording::import::{AtiOptions, ImportedTrial, Joined, join, read_ati};
+use cathforce_recording::import::{
+    AtiOptions, ForceCalibration, ImportedTrial, Joined, join, read_ati,
+};
 use serde_json::json;
 
 use super::motion::motion;
 use super::trial::{at, open, say_all, warn_all, write};
-use crate::args::ImportAtiArguments;
+use crate::args::{ImportAtiArguments, TimeUnit};
 use crate::failure::Failure;
+use crate::open::read_text;
 use crate::output::{check_new, shown};
 use crate::ui::Ui;
 
@@ -23,6 +28,9 @@ pub fn run(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
         axes: arguments.axes,
         tare_s: arguments.tare.unwrap_or(0.0),
         rate_hz: arguments.rate,
+        time_unit_s: arguments.time_unit.map(TimeUnit::seconds),
+        bias_n: arguments.bias.unwrap_or_default(),
+        calibration: arguments.calibration.as_deref().map(calibration).transpose()?,
     };
     if !options.axes.is_rotation() {
         ui.warn("--axes mirrors, which is right only for a sensor that measures the reaction");
@@ -63,6 +71,13 @@ pub fn run(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
     });
     let out = (!arguments.dry_run).then_some(&**out);
     write(ui, out, &ImportedTrial::Catheter(trial), &json, &text)
+}
+
+fn calibration(path: &Path) -> Result<ForceCalibration, Failure> {
+    ForceCalibration::parse(&read_text(path)?).map_err(|problem| {
+        let fix = "give three rows of three or six numbers: newtons for each unit of Fx, Fy, Fz, Tx, Ty, Tz";
+        at(path, &format!("{problem}; fix: {fix}"))
+    })
 }
 
 /// Warns of rows that are left out and of forces that are replaced.

@@ -49,7 +49,7 @@ pub fn surface(ui: &Ui, arguments: &ImportMeshArguments) -> Result<(), Failure> 
     })?;
     let doubts = mesh_doubts(&repairs);
     if arguments.repair {
-        surface = (0..mesh.len()).map(|t| mesh.triangle(t)).collect();
+        surface = mesh.facing_outwards();
         done.extend(doubts.iter().map(|doubt| format!("repaired as far as it can be: {doubt}")));
     } else {
         warn_all(ui, path, &doubts);

@@ -35,8 +35,13 @@ impl AxisMap {
         even == (sign > 0)
     }
 
-    pub(super) fn apply(self, sensor: [f64; 3]) -> [f64; 3] {
-        self.0.map(|(index, sign)| f64::from(sign) * sensor[index])
+    /// For each axis of the vessel frame, the sensor's axis and its sign.
+    pub fn signed(self) -> [(usize, f64); 3] {
+        self.0.map(|(index, sign)| (index, f64::from(sign)))
+    }
+
+    pub(crate) fn apply(self, sensor: [f64; 3]) -> [f64; 3] {
+        self.signed().map(|(index, sign)| sign * sensor[index])
     }
 }
 

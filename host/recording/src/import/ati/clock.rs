@@ -23,6 +23,11 @@ pub(super) fn of_day_s(text: &str) -> Option<f64> {
     Some(f64::from(3600 * hour + 60 * minute) + second)
 }
 
+/// Whether a time of day has fractions of a second.
+pub(super) fn has_fraction(text: &str) -> bool {
+    text.rsplit_once(':').is_some_and(|(_, second)| second.contains('.'))
+}
+
 /// Seconds from one time of day to a later one, less than a day.
 pub(super) fn elapsed_s(from_s: f64, to_s: f64) -> f64 {
     (to_s - from_s).rem_euclid(86_400.0)

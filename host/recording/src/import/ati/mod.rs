@@ -1,22 +1,24 @@
-//! Reads the log of an ATI force/torque sensor; counts become newtons in the vessel frame.
-
+//! Reads the log of a force/torque sensor, of ATI, OnRobot, Bota or others; counts become newtons in the
+//! vessel frame.
 //!
 //! What the log says of itself counts: the unit of its forces, whether its rows are counts, its rate, the
 //! numbers of its packets, and the status of each row.
 
 mod axes;
+mod calibration;
 mod clock;
 mod fields;
 mod heading;
 mod preamble;
 mod rows;
 mod scale;
-mod status;
-mod units;
+pub(crate) mod status;
+pub(crate) mod units;
 
 use std::io::Read;
 
 pub use axes::AxisMap;
+pub use calibration::ForceCalibration;
 use fields::split;
 use heading::Heading;
 use preamble::Preamble;
@@ -35,6 +37,26 @@ pub struct AtiOptions {
     pub tare_s: f64,
     /// Rows a second, for a log without a column of time; it goes before the log's own rate.
     pub rate_hz: Option<f64>,
+    /// The unit of the column of time \[s\]; `None` leaves it to its name.
+    pub time_unit_s: Option<f64>,
+    /// Forces of the unloaded sensor, which are subtracted; the sensor's axes \[N\].
+    pub bias_n: [f64; 3],
+    /// Makes newtons of the rows' values, whatever the log says of them.
+    pub calibration: Option<ForceCalibration>,
+}
+
+impl Default for AtiOptions {
+    fn default() -> Self {
+        Self {
+            counts_per_n: None,
+            axes: AxisMap::SAME,
+            tare_s: 0.0,
+            rate_hz: None,
+            time_unit_s: None,
+            bias_n: [0.0; 3],
+            calibration: None,
+        }
+    }
 }
 
 /// A force \[N\], vessel frame, and its time since the log's first row \[s\].
@@ -61,6 +83,10 @@ pub struct AtiLog {
 /// seconds of a time of day.
 const SAME_SPAN: f64 = 0.02;
 const WHOLE_SECONDS_S: f64 = 2.0;
+/// Rows of a force sensor are never this far apart \[s\]: then the column of time is in another unit.
+const FAR_APART_S: f64 = 1.0;
+/// Rows that show it.
+const FEWEST_STEPS: usize = 10;
 /// Places that a remark names at most.
 const MOST_PLACES: usize = 4;
 
@@ -92,8 +118,13 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
     };
     let wrong = |(problem, fix): (String, String)| ImportError::new(named_at, problem, fix);
     let heading = Heading::read(&names).map_err(wrong)?;
+    if options.calibration.is_some_and(|own| own.has_torques()) && heading.torque.is_none() {
+        let problem = "the calibration has torques, but the log has no columns Tx, Ty and Tz";
+        let fix = "log the torques too, or give a calibration of three columns";
+        return Err(ImportError::new(named_at, problem, fix));
+    }
     let first = lines.peek().map(|(_, line)| *line);
-    let times = times(&heading, first, said.rate_hz, options.rate_hz).map_err(wrong)?;
+    let times = times(&heading, first, said.rate_hz, options).map_err(wrong)?;
     let mut rows = Rows::new(names, heading, times);
     let is_whole = text.ends_with('\n');
     let mut last_line = named_at;
@@ -111,20 +142,26 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
         let problem = match &rows.faulty[..] {
             [] => "no row of numbers follows".to_owned(),
             [faulty, ..] => {
-                format!("every row has an error status: {}", status::text(faulty.status))
+                format!("every row has {}", faulty.what)
             }
         };
         return Err(ImportError::new(named_at, problem, "log anew"));
     }
     let at_last = |(problem, fix): (String, String)| ImportError::new(last_line, problem, fix);
     check_rate(&rows, said.rate_hz, options.rate_hz).map_err(at_last)?;
-    let scale = scale(&said, &rows.heading, &rows, options.counts_per_n).map_err(wrong)?;
+    check_steps(&rows).map_err(at_last)?;
+    let scale = match options.calibration {
+        Some(_) => Scale { newtons: 1.0, text: "forces by the calibration".into() },
+        None => scale(&said, &rows.heading, &rows, options.counts_per_n).map_err(wrong)?,
+    };
     remarks.extend(left_out(&rows));
-    let has_time = matches!(rows.times, Times::Column(_));
+    let has_time = matches!(rows.times, Times::Column(..) | Times::OfDay(_));
     let understood = understood(&rows, &scale);
-    let sample = |&(t_s, values): &(f64, [f64; 3])| ForceSample {
-        t_s,
-        force_n: options.axes.apply(values.map(|x| x * scale.newtons)),
+    let sample = |&(t_s, values): &(f64, [f64; 6])| {
+        let [x, y, z, ..] = values.map(|x| x * scale.newtons);
+        let own = options.calibration.map_or([x, y, z], |calibration| calibration.apply(values));
+        let force_n = std::array::from_fn(|k| own[k] - options.bias_n[k]);
+        ForceSample { t_s, force_n: options.axes.apply(force_n) }
     };
     let mut samples = rows.samples.iter().map(sample).collect::<Vec<_>>();
     // The mean would then include the contact force.
@@ -143,13 +180,25 @@ fn times(
     heading: &Heading,
     first: Option<&str>,
     said_hz: Option<f64>,
-    given_hz: Option<f64>,
+    options: &AtiOptions,
 ) -> Result<Times, (String, String)> {
+    let given_hz = options.rate_hz;
     let field = |at: usize| first.and_then(|row| split(row).get(at).copied());
     // ATI's program writes when its computer received a row, in whole seconds.
     let is_of_day = |at: &usize| field(*at).is_some_and(|text| clock::of_day_s(text).is_some());
-    if let Some(at) = heading.time.filter(|at| !is_of_day(at)) {
-        return Ok(Times::Column(at));
+    if let Some((at, named_s)) = heading.time.filter(|(at, _)| !is_of_day(at)) {
+        return match (named_s, options.time_unit_s) {
+            (Some(named_s), Some(given_s)) if named_s != given_s => {
+                let problem = "the column of time names its unit, and --time-unit another one";
+                Err((problem.into(), "leave --time-unit out, or correct the name".into()))
+            }
+            (named_s, given_s) => Ok(Times::Column(at, named_s.or(given_s).unwrap_or(1.0))),
+        };
+    }
+    // Without a fraction it is in whole seconds, in which many rows stand.
+    let is_fine = |at: usize| field(at).is_some_and(clock::has_fraction);
+    if let Some((at, _)) = heading.time.filter(|(at, _)| given_hz.is_none() && is_fine(*at)) {
+        return Ok(Times::OfDay(at));
     }
     match (given_hz.or(said_hz), heading.sequence) {
         (Some(rate_hz), Some(at)) => Ok(Times::Sequence(at, rate_hz)),
@@ -191,7 +240,8 @@ fn check_rate(
                 ),
             ))
         }
-        Times::Column(_) => match said_hz.map(|rate_hz| rows.span_at_s(rate_hz)) {
+        Times::Column(..) | Times::OfDay(_) => match said_hz.map(|rate_hz| rows.span_at_s(rate_hz))
+        {
             // The column may be of another clock, but not of another unit.
             Some(at_rate_s)
                 if at_rate_s > 0.0 && !(0.01..100.0).contains(&(span_s / at_rate_s)) =>
@@ -207,10 +257,28 @@ fn check_rate(
     }
 }
 
+/// Refuses a column of time in another unit than is thought.
+fn check_steps(rows: &Rows<'_>) -> Result<(), (String, String)> {
+    let mut steps_s = rows.samples.windows(2).map(|pair| pair[1].0 - pair[0].0).collect::<Vec<_>>();
+    steps_s.sort_by(f64::total_cmp);
+    let middle_s = steps_s.get(steps_s.len() / 2).copied().unwrap_or_default();
+    let Times::Column(at, _) = rows.times else { return Ok(()) };
+    match steps_s.len() >= FEWEST_STEPS && middle_s >= FAR_APART_S {
+        false => Ok(()),
+        true => {
+            let name = rows.names[at];
+            let problem = format!(
+                "the rows are {middle_s} s apart by the column {name}: is it in another unit?"
+            );
+            Err((problem, "name its unit: --time-unit ms, us or ns".into()))
+        }
+    }
+}
+
 fn understood(rows: &Rows<'_>, scale: &Scale) -> Vec<String> {
     let (span_s, _) = rows.spans_s();
     let times = match rows.times {
-        Times::Column(at) => format!("by the column {}", rows.names[at]),
+        Times::Column(at, _) | Times::OfDay(at) => format!("by the column {}", rows.names[at]),
         Times::Sequence(at, rate_hz) => format!("by {} at {rate_hz} Hz", rows.names[at]),
         Times::Rows(rate_hz) => format!("at {rate_hz} Hz"),
     };
@@ -234,10 +302,8 @@ fn left_out(rows: &Rows<'_>) -> Vec<String> {
     }
     remarks.extend(rows.faulty.iter().map(|faulty| {
         format!(
-            "{} rows from line {} on have the error status {} and are left out",
-            faulty.rows,
-            faulty.first_line,
-            status::text(faulty.status)
+            "{} rows from line {} on have {} and are left out",
+            faulty.rows, faulty.first_line, faulty.what
         )
     }));
     remarks
@@ -268,7 +334,7 @@ mod tests {
 
     fn options() -> AtiOptions {
         let axes = AxisMap::parse("+y,-x,+z").unwrap();
-        AtiOptions { counts_per_n: Some(1000.0), axes, tare_s: 0.0, rate_hz: None }
+        AtiOptions { counts_per_n: Some(1000.0), axes, ..AtiOptions::default() }
     }
 
     #[test]
@@ -334,9 +400,7 @@ mod tests {
     }
 
     fn newtons(text: &str) -> Result<AtiLog, String> {
-        let options =
-            AtiOptions { counts_per_n: None, axes: AxisMap::SAME, tare_s: 0.0, rate_hz: None };
-        read_ati(text.as_bytes(), &options).map_err(|error| error.to_string())
+        read_ati(text.as_bytes(), &AtiOptions::default()).map_err(|error| error.to_string())
     }
 
     /// As ATI's own program writes a log, but for the words that a test changes.
@@ -385,12 +449,7 @@ mod tests {
         }
         let log = program_log("Force Units: N", COUNTS, &rows("250000,-4000,0"));
         let given = |counts| {
-            let options = AtiOptions {
-                counts_per_n: Some(counts),
-                axes: AxisMap::SAME,
-                tare_s: 0.0,
-                rate_hz: None,
-            };
+            let options = AtiOptions { counts_per_n: Some(counts), ..AtiOptions::default() };
             read_ati(log.as_bytes(), &options).map_err(|error| error.to_string())
         };
         assert_eq!(given(1e6).unwrap().samples[0].force_n[0], 0.25);
@@ -430,7 +489,7 @@ mod tests {
         );
         let none =
             newtons(&program_log("Force Units: N", COUNTS, &row("80000001", 1))).unwrap_err();
-        assert!(none.contains("every row has an error status: 0x80000001 (temperature)"), "{none}");
+        assert!(none.contains("every row has the error status 0x80000001 (temperature)"), "{none}");
     }
 
     #[test]
@@ -454,5 +513,77 @@ mod tests {
         assert!(log.remarks[0].contains("line 3, the last, is cut off"), "{log:?}");
         let date = newtons("Fx,Fy,Fz,Time\n1,2,3,Mar 2, 2025\n1,2,3,Mar 2, 2025\n").unwrap_err();
         assert!(date.contains("in quotes") && !date.contains("take this line out"), "{date}");
+    }
+
+    /// A log of Bota's driver: times in microseconds, moments, flags.
+    #[test]
+    fn times_in_microseconds_and_rows_with_a_flag_are_understood() {
+        let row =
+            |k: u32, over: u32| format!("{},{over},0.5,-0.25,1,0,0,0,31.5\n", 7_000_000 + 1250 * k);
+        let rows = (0..20).map(|k| row(k, u32::from(k == 4))).collect::<String>();
+        let log = |time: &str| {
+            let heading =
+                format!("{time},overrange,Force_X,Force_Y,Force_Z,Mx,My,Mz,temperature\n");
+            newtons(&format!("{heading}{rows}"))
+        };
+        for time in ["timestamp_us", "Sensor timestamp (µs)"] {
+            let log = log(time).unwrap();
+            assert_eq!(log.samples.len(), 19, "{time}");
+            assert!((log.samples[1].t_s - 1.25e-3).abs() < 1e-12, "{log:?}");
+            assert_eq!(log.samples[0].force_n, [0.5, -0.25, 1.0]);
+            assert!(log.remarks[0].contains("1 rows from line 6 on have overrange set"), "{log:?}");
+        }
+        let error = log("timestamp").unwrap_err();
+        assert!(error.contains("1250 s apart") && error.contains("--time-unit ms, us"), "{error}");
+        let text = format!("timestamp,overrange,Fx,Fy,Fz,Mx,My,Mz,temperature\n{rows}");
+        let given = AtiOptions { time_unit_s: Some(1e-6), ..AtiOptions::default() };
+        let given = read_ati(text.as_bytes(), &given).unwrap();
+        assert!((given.samples[18].t_s - 19.0 * 1.25e-3).abs() < 1e-12);
+        let twice = AtiOptions { time_unit_s: Some(1e-3), ..AtiOptions::default() };
+        let text = text.replace("timestamp,", "timestamp_us,");
+        let twice = read_ati(text.as_bytes(), &twice).unwrap_err().to_string();
+        assert!(twice.contains("names its unit, and --time-unit another"), "{twice}");
+    }
+
+    /// Counts of an OptoForce, whose axes have sensitivities of their own.
+    #[test]
+    fn a_calibration_and_a_bias_make_the_force() {
+        let text = "Time [ms];Fx;Fy;Fz;Tx;Ty;Tz\n0;1000;500;-200;0;0;10\n10;1100;500;-200;0;0;10\n";
+        let calibration = |text| Some(ForceCalibration::parse(text).unwrap());
+        let read = |options: &AtiOptions| read_ati(text.as_bytes(), options);
+        let options = AtiOptions {
+            calibration: calibration("0.01 0 0\n0 0.01 0\n0 0 0.05\n"),
+            bias_n: [10.0, 0.0, 0.0],
+            axes: AxisMap::parse("-z,+y,+x").unwrap(),
+            ..AtiOptions::default()
+        };
+        let samples = read(&options).unwrap().samples;
+        assert_eq!(samples[0], ForceSample { t_s: 0.0, force_n: [10.0, 5.0, 0.0] });
+        assert_eq!((samples[1].t_s, samples[1].force_n[2]), (0.01, 1.0));
+        let crossed = AtiOptions {
+            calibration: calibration("0.01 0 0 0 0 1\n0 0.01 0 0 0 0\n0 0 0.05 0 0 0\n"),
+            ..AtiOptions::default()
+        };
+        assert_eq!(read(&crossed).unwrap().samples[0].force_n[0], 20.0);
+        let error = read_ati("Fx,Fy,Fz,Time\n1,2,3,0\n".as_bytes(), &crossed).unwrap_err();
+        assert!(error.to_string().contains("no columns Tx, Ty and Tz"), "{error}");
+    }
+
+    #[test]
+    fn a_time_of_day_with_fractions_is_a_time() {
+        let row = |ms: u32| format!("2026-11-27 23:59:59.{ms:03},1,2,3\n");
+        let log =
+            format!("Timestamp,Fx,Fy,Fz\n{}{}2026-11-28 00:00:00.250,1,2,3\n", row(500), row(750));
+        let log = newtons(&log).unwrap();
+        let times = log.samples.iter().map(|sample| sample.t_s).collect::<Vec<_>>();
+        assert_eq!((times, log.has_time), (vec![0.0, 0.25, 0.75], true));
+    }
+
+    /// The bits of an ATI sensor have names; another's status is an error as a whole.
+    #[test]
+    fn the_status_of_another_maker_is_not_read_as_atis() {
+        let log = newtons("time,fx,fy,fz,status\n0,1,2,3,0\n1,1,2,3,65536\n").unwrap();
+        assert_eq!(log.samples.len(), 1);
+        assert!(log.remarks[0].contains("have the status 65536 and are left out"), "{log:?}");
     }
 }

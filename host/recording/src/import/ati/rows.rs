@@ -9,8 +9,10 @@ use crate::import::error::ImportError;
 /// What gives the rows their time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Times {
-    /// A column in seconds.
-    Column(usize),
+    /// A column, and its unit \[s\].
+    Column(usize, f64),
+    /// A column of times of day with fractions.
+    OfDay(usize),
     /// The number of the packet over the rate.
     Sequence(usize, f64),
     /// The number of the row over the rate.
@@ -25,9 +27,10 @@ pub(super) struct Lost {
 }
 
 /// Rows with the same error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Faulty {
-    pub(super) status: u32,
+    /// As in "an error status", "overrange set".
+    pub(super) what: String,
     pub(super) first_line: u64,
     pub(super) rows: usize,
 }
@@ -37,8 +40,9 @@ pub(super) struct Rows<'a> {
     pub(super) names: Vec<&'a str>,
     pub(super) heading: Heading,
     pub(super) times: Times,
-    /// Time since the first row \[s\], and the values of the three forces as written.
-    pub(super) samples: Vec<(f64, [f64; 3])>,
+    /// Time since the first row \[s\], and the values of the forces and torques as written; torques that
+    /// the log does not have are 0.
+    pub(super) samples: Vec<(f64, [f64; 6])>,
     /// Rows with numbers, whatever their status.
     pub(super) count: u64,
     /// Whether all forces are whole numbers.
@@ -49,8 +53,8 @@ pub(super) struct Rows<'a> {
     pub(super) faulty: Vec<Faulty>,
     /// Rows whose packet was there already.
     pub(super) repeated: usize,
-    /// Of the first row.
-    start_s: Option<f64>,
+    /// Time of the first row, in the unit of its column.
+    start: Option<f64>,
     last_s: Option<f64>,
     last_packet: Option<u32>,
     /// Packets since the first row.
@@ -72,7 +76,7 @@ impl<'a> Rows<'a> {
             lost: Vec::new(),
             faulty: Vec::new(),
             repeated: 0,
-            start_s: None,
+            start: None,
             last_s: None,
             last_packet: None,
             packets: 0,
@@ -102,28 +106,51 @@ impl<'a> Rows<'a> {
         }
         (self.last_s, self.count) = (Some(t_s), self.count + 1);
         let force = self.heading.force;
-        if let Some((at, is_hex)) = self.heading.status {
-            let word = status::parse(fields[at], is_hex).ok_or_else(|| {
-                let problem =
-                    format!("`{}` is no status, in column `{}`", fields[at], self.names[at]);
-                ImportError::new(
-                    line,
-                    problem,
-                    "take the line out; a status is 0 or like 0x80000001",
-                )
-            })?;
-            if status::is_error(word) {
-                self.leave_out(line, word);
-                return Ok(());
-            }
+        if let Some(what) = self.fault(line, &fields)? {
+            self.leave_out(line, what);
+            return Ok(());
         }
         let number = |index: usize| number(line, self.names[index], fields[index]);
-        let values = [number(force[0])?, number(force[1])?, number(force[2])?];
+        let mut values = [0.0; 6];
+        for (value, at) in values
+            .iter_mut()
+            .zip(force.into_iter().chain(self.heading.torque.into_iter().flatten()))
+        {
+            *value = number(at)?;
+        }
         let is_whole = |at: &usize| fields[*at].parse::<i64>().is_ok();
         self.are_whole &= force.iter().all(is_whole);
-        self.largest = values.iter().fold(self.largest, |most, x| most.max(x.abs()));
+        self.largest = values[..3].iter().fold(self.largest, |most, x| most.max(x.abs()));
         self.samples.push((t_s, values));
         Ok(())
+    }
+
+    /// What makes a row no measurement, by its status and flags.
+    fn fault(&self, line: u64, fields: &[&str]) -> Result<Option<String>, ImportError> {
+        let wrong = |at: usize| {
+            let problem = format!("`{}` is no status, in column `{}`", fields[at], self.names[at]);
+            let fix = "take the line out; a status is 0 or like 0x80000001";
+            ImportError::new(line, problem, fix)
+        };
+        for &at in &self.heading.flags {
+            let field = fields[at].to_lowercase();
+            match field.parse::<f64>().ok().map(|number| number != 0.0) {
+                Some(true) => return Ok(Some(format!("{} set", self.names[at]))),
+                None if field == "true" => return Ok(Some(format!("{} set", self.names[at]))),
+                None if field != "false" => return Err(wrong(at)),
+                Some(false) | None => {}
+            }
+        }
+        let Some((at, is_hex)) = self.heading.status else { return Ok(None) };
+        let word = status::parse(fields[at], is_hex).ok_or_else(|| wrong(at))?;
+        // The bits are ATI's where the rest is, too.
+        let is_atis = is_hex || self.heading.sequence.is_some() || fields[at].starts_with("0x");
+        Ok(match is_atis {
+            true => {
+                status::is_error(word).then(|| format!("the error status {}", status::text(word)))
+            }
+            false => (word != 0).then(|| format!("the status {word}")),
+        })
     }
 
     /// Notes the number of the packet. Returns whether the packet is new.
@@ -155,24 +182,31 @@ impl<'a> Rows<'a> {
     }
 
     fn time(&mut self, line: u64, fields: &[&str]) -> Result<f64, ImportError> {
-        if let Some(day_s) = self.heading.time.and_then(|at| clock::of_day_s(fields[at])) {
+        if let Some(day_s) = self.heading.time.and_then(|(at, _)| clock::of_day_s(fields[at])) {
             let (first, _) = self.day_s.unwrap_or((day_s, day_s));
             self.day_s = Some((first, day_s));
         }
         Ok(match self.times {
-            Times::Column(at) => {
-                let t_s = number(line, self.names[at], fields[at])?;
-                t_s - *self.start_s.get_or_insert(t_s)
+            Times::Column(at, unit_s) => {
+                let t = number(line, self.names[at], fields[at])?;
+                (t - *self.start.get_or_insert(t)) * unit_s
             }
+            Times::OfDay(at) => match (clock::of_day_s(fields[at]), self.day_s) {
+                (Some(day_s), Some((first_s, _))) => clock::elapsed_s(first_s, day_s),
+                _ => {
+                    let problem = format!("`{}` is no time of day", fields[at]);
+                    return Err(ImportError::new(line, problem, "take the line out"));
+                }
+            },
             Times::Sequence(_, rate_hz) => self.packets as f64 / rate_hz,
             Times::Rows(rate_hz) => self.count as f64 / rate_hz,
         })
     }
 
-    fn leave_out(&mut self, line: u64, word: u32) {
-        match self.faulty.iter_mut().find(|faulty| faulty.status == word) {
+    fn leave_out(&mut self, line: u64, what: String) {
+        match self.faulty.iter_mut().find(|faulty| faulty.what == what) {
             Some(faulty) => faulty.rows += 1,
-            None => self.faulty.push(Faulty { status: word, first_line: line, rows: 1 }),
+            None => self.faulty.push(Faulty { what, first_line: line, rows: 1 }),
         }
     }
 

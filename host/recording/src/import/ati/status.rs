@@ -33,12 +33,12 @@ pub(super) fn parse(field: &str, is_hex: bool) -> Option<u32> {
 }
 
 /// Whether the row's forces are no measurement.
-pub(super) fn is_error(word: u32) -> bool {
+pub(crate) fn is_error(word: u32) -> bool {
     word & !MONITOR_CONDITION != 0
 }
 
 /// `0x88000000 (gage out of range)`.
-pub(super) fn text(word: u32) -> String {
+pub(crate) fn text(word: u32) -> String {
     let names = BITS.iter().filter(|(bit, _)| word & bit != 0).map(|(_, name)| *name);
     let names = names.collect::<Vec<_>>().join(", ");
     match names.is_empty() {

@@ -18,7 +18,7 @@ const POUND_N: f64 = 0.453_592_37 * KILOGRAM_N;
 const COUNTS: [&str; 4] = ["counts", "count", "cts", "force counts"];
 
 /// The size of a unit of force \[N\]; `None` for a name that is none.
-pub(super) fn newtons(unit: &str) -> Option<f64> {
+pub(crate) fn newtons(unit: &str) -> Option<f64> {
     let unit = unit.trim().to_lowercase();
     UNITS.iter().find(|(names, _)| names.contains(&unit.as_str())).map(|(_, newtons)| *newtons)
 }
@@ -28,7 +28,7 @@ pub(super) fn is_counts(unit: &str) -> bool {
 }
 
 /// The names that are understood, for the advice in an error.
-pub(super) fn known() -> String {
+pub(crate) fn known() -> String {
     UNITS
         .iter()
         .filter_map(|(names, _)| names.first())

@@ -26,26 +26,26 @@ pub struct Damage {
 }
 
 /// Records outside of chunks, or those of one chunk.
-pub(super) struct Section<'a> {
+pub(crate) struct Section<'a> {
     /// Where it begins.
-    pub(super) byte: usize,
-    pub(super) records: Cow<'a, [u8]>,
-    pub(super) is_chunk: bool,
+    pub(crate) byte: usize,
+    pub(crate) records: Cow<'a, [u8]>,
+    pub(crate) is_chunk: bool,
 }
 
 /// A file's records in their order, without those that are damaged.
 #[derive(Default)]
-pub(super) struct Container<'a> {
-    pub(super) sections: Vec<Section<'a>>,
+pub(crate) struct Container<'a> {
+    pub(crate) sections: Vec<Section<'a>>,
     /// Where the file breaks off.
-    pub(super) cut: Option<Cut>,
-    pub(super) damage: Vec<Damage>,
+    pub(crate) cut: Option<Cut>,
+    pub(crate) damage: Vec<Damage>,
     /// The checksum over all data does not match, be it for one of the damages or for another one.
-    pub(super) data_differs: bool,
+    pub(crate) data_differs: bool,
 }
 
 /// The byte of a fault that leaves nothing to be used, and its cause.
-pub(super) type Fault = (usize, String);
+pub(crate) type Fault = (usize, String);
 
 const ATTACHMENT: u8 = 0x09;
 const CHUNK: u8 = 0x06;
@@ -60,7 +60,7 @@ const LARGEST_CHUNK: u64 = 1 << 30;
 
 impl<'a> Container<'a> {
     /// Walks over the records of a file that begins with the magic of MCAP.
-    pub(super) fn read(bytes: &'a [u8]) -> Result<Self, Fault> {
+    pub(crate) fn read(bytes: &'a [u8]) -> Result<Self, Fault> {
         let mut found = Self::default();
         let mut byte = mcap::MAGIC.len();
         let (mut is_data_ended, mut has_footer) = (false, false);
@@ -147,7 +147,7 @@ impl<'a> Container<'a> {
 
 impl Section<'_> {
     /// Its records; they were found whole before.
-    pub(super) fn records(&self) -> impl Iterator<Item = Result<Record<'_>, String>> {
+    pub(crate) fn records(&self) -> impl Iterator<Item = Result<Record<'_>, String>> {
         let mut rest = &self.records[..];
         std::iter::from_fn(move || {
             let (opcode, body) = split_record(rest)?;

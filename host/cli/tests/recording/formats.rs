@@ -1,0 +1,88 @@
+//! Files that other programs write are read as they meant them: python-can, meshio, rosbags.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::clients::{folder, not_run, python, succeeded};
+use crate::{command, data, example, recording, stderr, text};
+
+/// What the script says or writes; `None` where it cannot run.
+fn script(arguments: &[&str]) -> Option<String> {
+    match python() {
+        Ok(python) => {
+            let script = folder().join("formats.py");
+            Some(succeeded(Command::new(python).arg(script).args(arguments)))
+        }
+        // Without Python or a package index there is no other program to ask.
+        Err(why) => {
+            not_run("the writers of Python", why);
+            None
+        }
+    }
+}
+
+/// The frames of a candump log, without their times, which some formats round.
+fn frames(log: &Path) -> Vec<String> {
+    let log = std::fs::read_to_string(log).unwrap();
+    log.lines().map(|line| line.rsplit(' ').next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn logs_of_python_can_are_the_run_that_they_were_made_of() {
+    let out = tempfile::tempdir().unwrap();
+    let log = out.path().join("run.log");
+    data(["export", text(recording()), "--candump", text(&log)]);
+    if script(&["logs", text(&log), text(out.path())]).is_none() {
+        return;
+    }
+    let (bundle, whole) = (example(), frames(&log));
+    assert!(whole.len() > 1000);
+    for ending in ["asc", "blf", "trc", "csv", "log"] {
+        let file = out.path().join(format!("of.{ending}"));
+        let [imported, again] =
+            ["mcap", "again"].map(|end| file.with_extension(format!("{ending}.{end}")));
+        let import = ["import", "can", text(&file), "--bundle", text(&bundle), "--cell", "3"];
+        let mut import = command().args(import).args(["--out", text(&imported), "--json"]).output();
+        let output = import.as_mut().unwrap();
+        assert!(output.status.success(), "{ending}: {}", stderr(output));
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&said["foreign"], &said["broken"]), (&0.into(), &0.into()), "{ending}: {said}");
+        data(["export", text(&imported), "--candump", text(&again)]);
+        assert!(frames(&again) == whole, "{ending}: other frames than those of the run");
+    }
+}
+
+#[cfg(feature = "meshes")]
+#[test]
+fn surfaces_of_meshio_are_the_tube_that_was_written() {
+    let out = tempfile::tempdir().unwrap();
+    let Some(said) = script(&["meshes", text(out.path())]) else { return };
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let names = [
+        "ascii.stl",
+        "binary.stl",
+        "ascii.ply",
+        "binary.ply",
+        "ascii.vtu",
+        "zlib.vtu",
+        "surface.obj",
+    ];
+    for name in names {
+        let [file, stl] =
+            [name.to_owned(), format!("{name}.out.stl")].map(|name| out.path().join(name));
+        let import = ["import", "mesh", text(&file), "--out", text(&stl)];
+        let output = command().args(import).output().unwrap();
+        assert!(output.status.success(), "{name}: {}", stderr(&output));
+        assert!(!stderr(&output).contains("warning"), "{name}: {}", stderr(&output));
+        let read = script(&["read", text(&stl)]).unwrap();
+        let read: serde_json::Value = serde_json::from_str(&read).unwrap();
+        assert_eq!(read["triangles"], said["triangles"], "{name}");
+        let near = |found: &serde_json::Value, wanted: f64| {
+            (found.as_f64().unwrap() - wanted).abs() < 1e-3
+        };
+        assert!(near(&read["high"][0], 40.0) && near(&read["low"][2], -3.0), "{name}: {read}");
+        // 24 flat sides between two rims of a polygon.
+        let side = 2.0 * 3.0 * (std::f64::consts::PI / 24.0).sin();
+        assert!(near(&read["area"], 24.0 * 40.0 * side), "{name}: {read}");
+    }
+}
