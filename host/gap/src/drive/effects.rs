@@ -118,7 +118,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
             "friction of constant size against the motion",
             vec![
                 positive("force_n", "N", 10.0 * f, f),
-                positive("presliding_m", "m", 0.01 * q, 2e-4 * q),
+                positive("presliding_m", "m", 0.1 * q, 2e-4 * q),
             ],
             &[&[0.2 * f, 0.0], &[0.5 * f, 0.0], &[f, 0.0]],
             &["drive.viscous", "drive.stribeck", "drive.load_friction"],

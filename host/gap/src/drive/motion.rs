@@ -85,15 +85,24 @@ pub struct Filters {
     output: Gaussian,
     /// Of the latter, in grid points.
     output_sd: f64,
+    /// Of both together, in grid points.
+    whole_sd: f64,
 }
 
 impl Filters {
-    /// For rows so far apart at most.
-    pub fn of_rows(step_s: f64) -> Self {
+    /// For rows so far apart at most, at least so many times as wide as the narrowest ones.
+    pub fn new(step_s: f64, wider: f64) -> Self {
         let least = LEAST_SD_ROWS * step_s / GRID_S;
-        let wider = (least / POSITION_SD.hypot(OUTPUT_SD)).max(1.0);
+        let whole_sd = POSITION_SD.hypot(OUTPUT_SD);
+        let wider = (least / whole_sd).max(wider);
         let [position, output] = [POSITION_SD, OUTPUT_SD].map(|sd| Gaussian::new(wider * sd));
-        Self { position, output, output_sd: wider * OUTPUT_SD }
+        Self { position, output, output_sd: wider * OUTPUT_SD, whole_sd: wider * whole_sd }
+    }
+
+    /// Frequency from which on less than half the power passes \[Hz\]: √(ln 2)/(2π) over the standard
+    /// deviation in time.
+    pub fn bandwidth_hz(&self) -> f64 {
+        0.1325 / (self.whole_sd * GRID_S)
     }
 
     /// A measured command, smoothed as the position was before its derivatives were taken, and
@@ -127,7 +136,7 @@ mod tests {
     fn what_lies_between_rows_is_no_acceleration() {
         let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
         let position_m: Vec<f64> = t_s.iter().map(|t| 0.5 * t * t).collect();
-        let filters = Filters::of_rows(0.01);
+        let filters = Filters::new(0.01, 1.0);
         let motion = Motion::of(&on_grid(&t_s, &position_m), &filters);
         let at: Vec<usize> = (500..1500).collect();
         let seen = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
@@ -137,7 +146,7 @@ mod tests {
 
     #[test]
     fn a_shift_smooths_nothing() {
-        let filters = Filters::of_rows(1e-3);
+        let filters = Filters::new(1e-3, 1.0);
         let wave: Vec<f64> = (0..400).map(|i| (0.3 * f64::from(i)).sin()).collect();
         let size = |shift_s: f64| {
             let at: Vec<usize> = (100..300).collect();

@@ -1,6 +1,6 @@
 //! A drive on its own as a [`Plant`]: prepared trials, and their predictions by inverse dynamics.
 
-use cathforce_bundle::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
+use cathforce_bundle::bundle::{Bundle, Plant as RigPlant, Rig, RigPriors, TrialData};
 
 use super::effects::{
     Axis, FORCE_BIAS, Scale, TIME_SHIFT, command, inertia_ratio, latency_s, library, swing,
@@ -42,6 +42,8 @@ const HIDING: f64 = 0.02;
 /// of a drive is far below what any model leaves: with 3, coarse encoders were a latency; with 30,
 /// friction that falls as motion sets in was 6 % too slow.
 const FAR_OFF: f64 = 10.0;
+/// Band of the narrowest filters \[Hz\].
+const WIDEST_HZ: f64 = 29.6;
 /// Blocks of a trial without a period.
 const BLOCKS: usize = 4;
 
@@ -60,6 +62,7 @@ pub struct Drive {
     pub(super) nuisances: Vec<Nuisance>,
     pub(super) repeats: Vec<Repeat>,
     pub(super) remarks: Vec<String>,
+    compared: String,
     pub(super) filters: Filters,
     /// Grid points between two samples, about.
     pub(super) stride: usize,
@@ -143,7 +146,7 @@ impl Drive {
         if raw.is_empty() {
             return Err(DriveError::NoTrials);
         }
-        let filters = Filters::of_rows(longest_s);
+        let filters = filters_of(&raw, rig.moving_mass_kg, &bundle.rig, longest_s);
         let motion =
             |rows: &Rows| Motion::of(&on_grid(&rows.clock.t_s, &rows.data.position_m), &filters);
         let motions: Vec<Motion> = raw.iter().map(motion).collect();
@@ -173,6 +176,7 @@ impl Drive {
             stated_m: bundle.rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0),
             stride: stride(longest_s, &motions),
             estimated_n: Vec::new(),
+            compared: compared(&filters),
             filters,
             complaint: None,
         };
@@ -202,7 +206,10 @@ impl Drive {
         });
         let noise_n = noise::command_n(t_s, row_n, &self.filters);
         let row_m = Noise::of(t_s, &data.position_m).or_stated(self.stated_m);
-        let open_n = self.axis.mass_kg * noise::acceleration_m_per_s2(t_s, row_m, &self.filters);
+        let of_steps = noise::of_steps(&data.position_m, row_m, &motion, &self.filters);
+        let open =
+            of_steps.unwrap_or_else(|| noise::acceleration_m_per_s2(t_s, row_m, &self.filters));
+        let open_n = self.axis.mass_kg * open;
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
         let setpoint = Setpoint::of(t_s, data);
@@ -426,9 +433,8 @@ impl Plant for Drive {
         &self.remarks
     }
 
-    fn compared(&self) -> &'static str {
-        "the measured command force with the one that moves the known mass along the measured \
-         position (inverse dynamics, both smoothed to 30 Hz, or to 0.22 of the rate of the rows)"
+    fn compared(&self) -> &str {
+        &self.compared
     }
 }
 
@@ -450,6 +456,17 @@ fn nuisances(scale: &Scale, stated: &RigPriors) -> Vec<Nuisance> {
     ]
 }
 
+/// The filters that the noise of the position asks for.
+fn filters_of(raw: &[Rows], inertia: f64, rig: &Rig, step_s: f64) -> Filters {
+    let stated = rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0);
+    let rows = raw.iter().map(|rows| {
+        let (t_s, data) = (&rows.clock.t_s[..], &rows.data);
+        let noise = Noise::of(t_s, &data.position_m).or_stated(stated);
+        (t_s, &data.drive_command_n[..], noise)
+    });
+    noise::filters(&rows.collect::<Vec<_>>(), inertia, step_s)
+}
+
 fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let commands = || raw.iter().flat_map(|rows| rows.data.drive_command_n.iter());
@@ -464,6 +481,19 @@ fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
         travel_m: positions().fold(f64::NEG_INFINITY, f64::max) - low,
         duration_s: largest(&mut raw.iter().map(|rows| duration_s(&rows.clock.t_s))),
     }
+}
+
+/// What is compared, and how far it was smoothed.
+fn compared(filters: &Filters) -> String {
+    let hz = filters.bandwidth_hz();
+    let why = match hz {
+        hz if hz > 0.9 * WIDEST_HZ => "the widest band that is used",
+        _ => "as the noise of the position and the rate of the rows ask for",
+    };
+    format!(
+        "the measured command force with the one that moves the known mass along the measured position (inverse \
+         dynamics, both smoothed to {hz:.0} Hz, {why})"
+    )
 }
 
 fn duration_s(t_s: &[f64]) -> f64 {

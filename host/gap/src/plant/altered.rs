@@ -223,7 +223,7 @@ impl Plant for Altered<'_> {
         &self.remarks
     }
 
-    fn compared(&self) -> &'static str {
+    fn compared(&self) -> &str {
         self.inner.compared()
     }
 }

@@ -422,7 +422,7 @@ pub trait Plant: Sync {
     fn remarks(&self) -> &[String];
 
     /// What is compared with what, in one sentence.
-    fn compared(&self) -> &'static str;
+    fn compared(&self) -> &str;
 }
 
 /// Whether the catalogue lists one of two effects as easily confused with the other.

@@ -1,5 +1,6 @@
 //! Drives whose effects are known.
 
+mod kinds;
 mod made;
 mod measured;
 mod recorded;
