@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use toml::de::DeTable;
 
 use super::cause::RigCause;
+use super::drive::read_drive;
 use super::driven_tendons::{TENDONS, read_driven_tendons};
 use super::instrument::{read_guidewire, read_instrument};
 use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS, WALL_REGIONS};
@@ -12,7 +13,7 @@ use super::priors::read_priors;
 use super::tendon::read_tendon;
 use super::toml_reader::{Fault, Faults, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
 use super::types::{
-    CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
+    CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
     WallRegion,
 };
 use crate::place::Place;
@@ -70,9 +71,7 @@ impl Rig {
 fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
     let mut warnings = Vec::new();
     let plant = if is_drive {
-        let drive = root.table("drive", &["moving_mass_kg"]);
-        let moving_mass_kg = drive.number_in("moving_mass_kg", POSITIVE, "above 0");
-        Plant::Drive(DriveRig { moving_mass_kg })
+        Plant::Drive(read_drive(root))
     } else {
         let instrument = read_instrument(root);
         Plant::Catheter(Box::new(CatheterRig {

@@ -111,6 +111,11 @@ impl Filters {
         self.output.smooth(&self.position.smooth(command_n))
     }
 
+    /// A series, smoothed as the position is before its derivatives are taken.
+    pub fn as_position(&self, series: &[f64]) -> Vec<f64> {
+        self.position.smooth(series)
+    }
+
     /// A predicted command at some grid points, read `shift_s` later. Between grid points the
     /// filter is shifted, not what it smooths: a straight line between two points has a kink where
     /// there is no shift, and two steps to either side of it are one smoothing more.

@@ -83,14 +83,15 @@ const SMALL_SHARE: f64 = 0.01;
 /// none, those through which it is smallest. A motion that is as fast as the noise passes none of them, so that
 /// filters are never wider than the motion allows.
 ///
-/// `rows`: of every trial its times, its command and the noise of a row of its position; `step_s`: between rows.
-pub fn filters(rows: &[(&[f64], &[f64], f64)], inertia: f64, step_s: f64) -> Filters {
+/// `rows`: of every trial its times, its command, and its inertia times the noise of a row of its position;
+/// `step_s`: between rows.
+pub fn filters(rows: &[(&[f64], &[f64], f64)], step_s: f64) -> Filters {
     let share = |filters: &Filters| {
         let (mut noise, mut command, mut points) = (0.0, 0.0, 0.0);
-        for (t_s, commanded, position) in rows {
+        for (t_s, commanded, inertial) in rows {
             let passed = filters.measured(&evenly(t_s, commanded, GRID_S));
             let mean = passed.iter().sum::<f64>() / passed.len().max(1) as f64;
-            let open = inertia * acceleration_m_per_s2(t_s, *position, filters);
+            let open = acceleration_m_per_s2(t_s, *inertial, filters);
             noise += open * open * passed.len() as f64;
             command += passed.iter().map(|f| (f - mean).powi(2)).sum::<f64>();
             points += passed.len() as f64;

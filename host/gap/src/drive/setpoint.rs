@@ -18,7 +18,7 @@ pub struct Setpoint {
 
 impl Setpoint {
     pub fn of(t_s: &[f64], data: &DriveTrial) -> Option<Self> {
-        let setpoint: Option<Vec<f64>> = data.setpoint_m.as_ref()?.iter().copied().collect();
+        let setpoint: Option<Vec<f64>> = data.setpoint.as_ref()?.iter().copied().collect();
         let position_m = on_grid(t_s, &setpoint?);
         let low = position_m.iter().copied().fold(f64::INFINITY, f64::min);
         let range_m = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;

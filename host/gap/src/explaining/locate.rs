@@ -93,7 +93,7 @@ pub fn locate(problem: &Problem<'_>, score: &Score) -> Vec<Cell> {
                 gap_share: share,
                 gap_share_low: low.min(share),
                 gap_share_high: high.max(share),
-                note: descriptors.words(channel.quantity.unit()),
+                note: descriptors.words(plant.units()[usize::from(!channel.quantity.is_force())]),
                 descriptors,
             }
         })

@@ -223,6 +223,10 @@ impl Plant for Altered<'_> {
         &self.remarks
     }
 
+    fn units(&self) -> [&'static str; 2] {
+        self.inner.units()
+    }
+
     fn compared(&self) -> &str {
         self.inner.compared()
     }

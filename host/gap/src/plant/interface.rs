@@ -418,6 +418,11 @@ pub trait Plant: Sync {
         None
     }
 
+    /// Units of its forces and its lengths.
+    fn units(&self) -> [&'static str; 2] {
+        ["N", "m"]
+    }
+
     /// Conclusions that these trials do not allow, or only with a reserve, and why.
     fn remarks(&self) -> &[String];
 

@@ -30,13 +30,13 @@ fn steps_of_speed(speeds: &[&[f64]], force: impl Fn(f64) -> f64) -> Bundle {
             *x += v * DT_S;
             Some(*x)
         };
-        data.position_m = speeds.iter().scan(0.1, position).collect();
+        data.position = speeds.iter().scan(0.1, position).collect();
         let accelerations = speeds.windows(2).map(|pair| (pair[1] - pair[0]) / DT_S).chain([0.0]);
         let command = |(i, (v, a)): (usize, (&f64, f64))| {
             MASS_KG * a + force(*v) + NOISE_N * noise(i as u64 + 100_000 * u64::from(number))
         };
-        data.drive_command_n = speeds.iter().zip(accelerations).enumerate().map(command).collect();
-        data.setpoint_m = None;
+        data.command = speeds.iter().zip(accelerations).enumerate().map(command).collect();
+        data.setpoint = None;
         trial
     };
     bundle.trials = (0..).zip(speeds).map(trial).collect();
@@ -80,9 +80,9 @@ fn columns_of_another_unit_name_no_gain_and_no_backlash() {
         let mut bundle = Bundle::open(folder.path()).unwrap();
         for trial in &mut bundle.trials {
             let data = columns(trial);
-            data.drive_command_n.iter_mut().for_each(|f| *f *= amperes);
-            data.position_m.iter_mut().for_each(|x| *x *= degrees);
-            if let Some(setpoint) = &mut data.setpoint_m {
+            data.command.iter_mut().for_each(|f| *f *= amperes);
+            data.position.iter_mut().for_each(|x| *x *= degrees);
+            if let Some(setpoint) = &mut data.setpoint {
                 setpoint.iter_mut().flatten().for_each(|x| *x *= degrees);
             }
         }
@@ -105,8 +105,8 @@ fn a_coarse_encoder_has_a_band_of_its_own_and_a_floor_that_is_not_above_what_is_
         let mut bundle = Bundle::open(folder.path()).unwrap();
         for trial in &mut bundle.trials {
             let data = columns(trial);
-            data.position_m.iter_mut().for_each(|x| *x = (*x / step_m).round() * step_m);
-            data.setpoint_m = None;
+            data.position.iter_mut().for_each(|x| *x = (*x / step_m).round() * step_m);
+            data.setpoint = None;
         }
         let answer = answer(&bundle);
         assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
