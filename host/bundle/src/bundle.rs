@@ -21,9 +21,9 @@ use std::path::{Path, PathBuf};
 pub use crate::axis::{Axis, CommandKind};
 pub use crate::driven::Driven;
 pub use crate::rig::{
-    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCarried, RigCause, RigDrivenTendon,
-    RigEntry, RigEnvironment, RigInstrument, RigMotor, RigPendulum, RigPriors, RigSection, RigSensor, RigTendon,
-    RigVessel, TipPiece, WallRegion,
+    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCarried, RigCause,
+    RigDrivenTendon, RigEntry, RigEnvironment, RigInstrument, RigMotor, RigPendulum, RigPriors,
+    RigSection, RigSensor, RigTendon, RigVessel, TipPiece, WallRegion,
 };
 pub use crate::trial::{
     CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,

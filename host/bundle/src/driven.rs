@@ -23,7 +23,8 @@ impl DriveRig {
         let (scale, induced) = match (data.kind, motor) {
             (CommandKind::Current, Some(motor)) => (motor.force_per_ampere, 0.0),
             (CommandKind::Voltage, Some(motor)) => {
-                let per_volt = motor.force_per_ampere / motor.resistance_ohm.unwrap_or(f64::INFINITY);
+                let per_volt =
+                    motor.force_per_ampere / motor.resistance_ohm.unwrap_or(f64::INFINITY);
                 (per_volt, per_volt * motor.induced_v_per_speed)
             }
             _ => (1.0, 0.0),

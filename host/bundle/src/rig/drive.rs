@@ -68,7 +68,41 @@ const CARRIED_KEYS: [&str; 5] = ["trial", "mass_kg", "length_m", "load_N", "load
 /// Reports a key that contradicts the rest of its table.
 fn refuse(table: &TableReader<'_>, key: &str, why: &'static str, fix: &'static str) {
     if table.has(key) {
-        table.report(table.place_of(key), RigCause::Contradiction { key: table.path(key), why, fix });
+        table.report(
+            table.place_of(key),
+            RigCause::Contradiction { key: table.path(key), why, fix },
+        );
+    }
+}
+
+/// Reports keys in the unit of an axis of the other kind; anything but a rotary axis has metres and newtons.
+pub(super) fn refuse_other_axis(
+    table: &TableReader<'_>,
+    axis: Option<Axis>,
+    linear: &[&str],
+    rotary: &[&str],
+) {
+    match axis {
+        Some(Axis::Rotary) => {
+            for key in linear {
+                refuse(
+                    table,
+                    key,
+                    "is in a unit of a linear axis, but [drive] has moving_inertia_kg_m2",
+                    "write the key whose name ends in rad or Nm",
+                );
+            }
+        }
+        _ => {
+            for key in rotary {
+                refuse(
+                    table,
+                    key,
+                    "is in a unit of a rotary axis, but rig.toml has no moving_inertia_kg_m2 in [drive]",
+                    "write the key whose name ends in m or N",
+                );
+            }
+        }
     }
 }
 
@@ -90,7 +124,8 @@ pub(super) fn read_drive(root: &TableReader<'_>) -> DriveRig {
             table.number_in("moving_inertia_kg_m2", POSITIVE, "above 0")
         }
     };
-    let (motor, rotor) = read_motor(&table, axis).map_or((None, 0.0), |(m, rotor)| (Some(m), rotor));
+    let (motor, rotor) =
+        read_motor(&table, axis).map_or((None, 0.0), |(m, rotor)| (Some(m), rotor));
     let pendulum = read_pendulum(&table, axis);
     let carried = read_carried(&table, axis, pendulum.is_some());
     DriveRig { axis, inertia: own + rotor, motor, pendulum, carried }
@@ -118,7 +153,12 @@ fn read_motor(drive: &TableReader<'_>, axis: Axis) -> Option<(RigMotor, f64)> {
             "rotor_inertia_kg_m2",
             "back_emf_V_s_per_rad",
         ] {
-            refuse(&table, key, "stands beside `force_constant_N_per_A`, which is of a linear motor", fix);
+            refuse(
+                &table,
+                key,
+                "stands beside `force_constant_N_per_A`, which is of a linear motor",
+                fix,
+            );
         }
     } else if axis == Axis::Linear {
         let fix = "write back_emf_V_s_per_rad: a motor that turns has its constant for each rad/s";
@@ -127,7 +167,11 @@ fn read_motor(drive: &TableReader<'_>, axis: Axis) -> Option<(RigMotor, f64)> {
     let gear = number("gear_ratio").unwrap_or(1.0);
     // Angle of the motor for each unit of the axis.
     let (constant, turned, emf) = match (axis, is_linear_motor) {
-        (_, true) => (table.number_in("force_constant_N_per_A", POSITIVE, "above 0"), 1.0, "back_emf_V_s_per_m"),
+        (_, true) => (
+            table.number_in("force_constant_N_per_A", POSITIVE, "above 0"),
+            1.0,
+            "back_emf_V_s_per_m",
+        ),
         (Axis::Rotary, _) => {
             let torque = table.number_in("torque_constant_Nm_per_A", POSITIVE, "above 0");
             (torque, gear, "back_emf_V_s_per_rad")
@@ -149,7 +193,8 @@ fn read_motor(drive: &TableReader<'_>, axis: Axis) -> Option<(RigMotor, f64)> {
     }
     // In SI units, volts for each rad/s are newton metres for each ampere.
     let induced = number(emf).unwrap_or(constant);
-    let rotor = table.optional_number_in("rotor_inertia_kg_m2", NOT_NEGATIVE, "at least 0").unwrap_or(0.0);
+    let rotor =
+        table.optional_number_in("rotor_inertia_kg_m2", NOT_NEGATIVE, "at least 0").unwrap_or(0.0);
     let motor = RigMotor {
         force_per_ampere: constant * turned,
         induced_v_per_speed: induced * turned,
@@ -162,7 +207,12 @@ fn read_pendulum(drive: &TableReader<'_>, axis: Axis) -> Option<RigPendulum> {
     if axis == Axis::Linear {
         let fix = "give moving_inertia_kg_m2 and angles of a rotary axis; the weight on a linear one is a \
                    load_N in [[drive.carried]] or in the trials";
-        refuse(drive, "pendulum", "is of a rotary axis, but [drive] has no moving_inertia_kg_m2", fix);
+        refuse(
+            drive,
+            "pendulum",
+            "is of a rotary axis, but [drive] has no moving_inertia_kg_m2",
+            fix,
+        );
         return None;
     }
     let table = drive.optional_table("pendulum", &PENDULUM_KEYS)?;
@@ -184,7 +234,8 @@ fn read_carried(drive: &TableReader<'_>, axis: Axis, hangs: bool) -> Vec<RigCarr
             table.report(table.place_of("trial"), cause);
         }
         if numbers.contains(&trial) {
-            let (why, fix) = ("names a trial that another table names too", "write one table a trial");
+            let (why, fix) =
+                ("names a trial that another table names too", "write one table a trial");
             refuse(table, "trial", why, fix);
         }
         numbers.push(trial);

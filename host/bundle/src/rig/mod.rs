@@ -24,6 +24,5 @@ pub use tendon::RigTendon;
 pub(crate) use toml_reader::known_keys;
 pub(crate) use toml_reader::{RigWarning, place_of_key};
 pub use types::{
-    CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
-    WallRegion,
+    CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel, WallRegion,
 };

@@ -66,7 +66,17 @@ pub const LOAD_NM: &str = "load_Nm";
 pub const COMMANDS: [&str; 4] = [COMMAND, COMMAND_NM, CURRENT, VOLTAGE];
 /// Those of a drive's trial: the time, a position and a command, and perhaps a set-point and a load.
 pub const OF_DRIVE: [&str; 11] = [
-    TIME, POSITION, COMMAND, SETPOINT, LOAD, POSITION_RAD, COMMAND_NM, SETPOINT_RAD, LOAD_NM, CURRENT, VOLTAGE,
+    TIME,
+    POSITION,
+    COMMAND,
+    SETPOINT,
+    LOAD,
+    POSITION_RAD,
+    COMMAND_NM,
+    SETPOINT_RAD,
+    LOAD_NM,
+    CURRENT,
+    VOLTAGE,
 ];
 
 /// Names of the columns of an axis' position, set-point and known load.

@@ -43,7 +43,9 @@ impl Trial {
 
     /// The same from a table, whatever the rig.
     pub(super) fn read_drive(number: u32, mut table: Table) -> Result<Parsed, Fault> {
-        table.check_columns(&[columns::TIME], &columns::OF_DRIVE, |_| false).map_err(table_fault)?;
+        table
+            .check_columns(&[columns::TIME], &columns::OF_DRIVE, |_| false)
+            .map_err(table_fault)?;
         let has = |table: &Table, name: &str| table.column(name).is_some();
         let heading = |table: &Table, name: &str| {
             Place::LineColumn(1, table.column(name).unwrap_or_default() + 1)
@@ -60,7 +62,8 @@ impl Trial {
         let kinds = [CommandKind::Force, CommandKind::Current, CommandKind::Voltage];
         let mut known = vec![columns::TIME, position, setpoint, load];
         known.extend(kinds.map(|kind| of_command(kind, axis)));
-        let stray = columns::OF_DRIVE.into_iter().find(|name| has(&table, name) && !known.contains(name));
+        let stray =
+            columns::OF_DRIVE.into_iter().find(|name| has(&table, name) && !known.contains(name));
         if let Some(column) = stray {
             let place = heading(&table, column);
             return Err((place, TrialCause::MixedAxes { column, position }));

@@ -80,7 +80,11 @@ fn at(table: &Table, row: usize, column: &str) -> Place {
 }
 
 /// The time column, checked to rise after rows of one time were merged.
-pub(super) fn times(table: &mut Table, holes: Holes, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault> {
+pub(super) fn times(
+    table: &mut Table,
+    holes: Holes,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<f64>, Fault> {
     if let Some(column) = table.column("t_s") {
         let joined = table.join_rows(column).map_err(table_fault)?;
         if joined > 0 {

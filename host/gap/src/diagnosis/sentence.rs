@@ -127,7 +127,8 @@ impl Diagnosis {
         };
         let stretch = self.places[0].stretch();
         let follows = if note.is_empty() { String::new() } else { format!("; {note}") };
-        format!("It shows most in {channel} while {phase}, {regime}, {stretch} inside{follows}.")
+        let inside = if self.gap.units.is_linear() { " inside" } else { "" };
+        format!("It shows most in {channel} while {phase}, {regime}, {stretch}{inside}{follows}.")
     }
 
     fn how_far(&self) -> String {
@@ -135,8 +136,8 @@ impl Diagnosis {
             format!(
                 "Correcting it takes the force error from {} on data that the fit had not seen; the \
                  floor is {}.",
-                from_to(f.before, f.after, "N"),
-                quantity(f.floor, "N")
+                from_to(f.before, f.after, self.gap.units.force()),
+                quantity(f.floor, self.gap.units.force())
             )
         })
     }

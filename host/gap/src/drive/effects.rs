@@ -138,13 +138,21 @@ pub fn library(scale: &Scale, kind: Kind) -> Vec<Effect> {
         effect(
             "drive.viscous",
             "friction proportional to the speed",
-            vec![positive(name("n_s_per_m", "nm_s_per_rad"), name("N·s/m", "N·m·s/rad"), 10.0 * f / v, f / v)],
+            vec![positive(
+                name("n_s_per_m", "nm_s_per_rad"),
+                name("N·s/m", "N·m·s/rad"),
+                10.0 * f / v,
+                f / v,
+            )],
             &[&[0.2 * f / v], &[0.5 * f / v], &[f / v]],
             &["drive.latency", "drive.stribeck"],
         ),
         effect(
             "drive.offset",
-            name("a constant force: friction differs between the two directions", "a constant torque: friction differs between the two directions"),
+            name(
+                "a constant force: friction differs between the two directions",
+                "a constant torque: friction differs between the two directions",
+            ),
             vec![signed(force, newton, 2.0 * f, 0.2 * f)],
             &[&[0.05 * f], &[-0.05 * f]],
             &["sensor.bias"],
@@ -226,7 +234,12 @@ pub fn library(scale: &Scale, kind: Kind) -> Vec<Effect> {
         effect(
             "sensor.drift",
             "a bias that grows with time",
-            vec![signed(name("force_n_per_s", "torque_nm_per_s"), name("N/s", "N·m/s"), f / t, 0.05 * f / t)],
+            vec![signed(
+                name("force_n_per_s", "torque_nm_per_s"),
+                name("N/s", "N·m/s"),
+                f / t,
+                0.05 * f / t,
+            )],
             &[&[0.05 * f / t], &[-0.05 * f / t]],
             &["drive.offset"],
         ),

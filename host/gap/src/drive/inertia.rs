@@ -62,6 +62,9 @@ pub fn complaint(
         normal += x * x.transpose();
         right += x * row.0;
     }
+    if size <= f64::MIN_POSITIVE {
+        normal[(0, 0)] = 1.0;
+    }
     let solved = normal.cholesky()?.solve(&right);
     // What inertia explains that friction does not.
     let inverse = normal.try_inverse()?;

@@ -1,7 +1,8 @@
 //! A drive on its own as a [`Plant`]: prepared trials, and their predictions by inverse dynamics.
 
 use cathforce_bundle::bundle::{
-    Axis as Kind, Bundle, CommandKind, DriveRig, Plant as RigPlant, Rig, RigPriors, TrialData, columns,
+    Axis as Kind, Bundle, CommandKind, DriveRig, Plant as RigPlant, Rig, RigPriors, TrialData,
+    columns,
 };
 
 use super::effects::{
@@ -17,7 +18,7 @@ use crate::data::clock::{Clock, usual_step_s};
 use crate::data::duplicate_trials::without_copies;
 use crate::noise::floor;
 use crate::plant::{
-    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
+    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial, Units,
 };
 use crate::rounding::significant;
 
@@ -164,7 +165,9 @@ impl Drive {
         }
         if scale.force_n <= 0.0 {
             let data = &raw[0].data;
-            return Err(DriveError::NoCommand { column: columns::of_command(data.kind, data.axis) });
+            return Err(DriveError::NoCommand {
+                column: columns::of_command(data.kind, data.axis),
+            });
         }
         let mut drive = Self {
             axis: Axis {
@@ -457,15 +460,15 @@ impl Plant for Drive {
             "no gap shows, but the floor of {} {} RMS is {:.0} % of the measured force, \
              and friction of that size would be lost in it; {fix}",
             significant(floor_n, DIGITS),
-            self.units()[0],
+            self.units().force(),
             100.0 * floor_n / measured_n
         ))
     }
 
-    fn units(&self) -> [&'static str; 2] {
+    fn units(&self) -> Units {
         match self.axis.kind {
-            Kind::Linear => ["N", "m"],
-            Kind::Rotary => ["N·m", "rad"],
+            Kind::Linear => Units::Linear,
+            Kind::Rotary => Units::Rotary,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::fitting::loss::Loss;
 use crate::fitting::problem::Problem;
-use crate::plant::Quantity;
+use crate::plant::{Quantity, Units};
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::Score;
 use crate::searching::selection::Selection;
@@ -20,6 +20,7 @@ pub struct HeldOut {
 pub struct Series {
     pub channel: String,
     pub trial: u32,
+    pub units: Units,
     pub t_s: Vec<f64>,
     pub measured: Vec<f64>,
     pub nominal: Vec<f64>,
@@ -52,6 +53,7 @@ pub fn series(problem: &Problem<'_>, nominal: &Candidate, best: &Candidate) -> V
         channel.quantity.is_force().then(|| Series {
             channel: channel.name.clone(),
             trial: trial.number,
+            units: plant.units(),
             t_s: trial.samples[range.clone()].iter().map(|s| s.t_s).collect(),
             measured: trial.samples[range.clone()].iter().map(|s| s.value).collect(),
             nominal: predicted(nominal),

@@ -223,7 +223,7 @@ impl Plant for Altered<'_> {
         &self.remarks
     }
 
-    fn units(&self) -> [&'static str; 2] {
+    fn units(&self) -> crate::plant::Units {
         self.inner.units()
     }
 
