@@ -70,7 +70,7 @@ const SLOW: f64 = 1.25;
 
 /// Standard deviation of the acceleration as it is compared \[m/s²\], of that of a row's position.
 pub fn acceleration_m_per_s2(t_s: &[f64], position_m: f64, filters: &Filters) -> f64 {
-    SLOW * position_m * gain_per_s2(filters) * narrowed(t_s)
+    SLOW * position_m * gain_per_s2(filters) * narrowed(t_s, filters)
 }
 
 /// Widths of the filters that are tried, in those of the narrowest: 30 Hz down to 5 Hz.
@@ -89,7 +89,7 @@ pub fn filters(rows: &[(&[f64], &[f64], f64)], step_s: f64) -> Filters {
     let share = |filters: &Filters| {
         let (mut noise, mut command, mut points) = (0.0, 0.0, 0.0);
         for (t_s, commanded, inertial) in rows {
-            let passed = filters.measured(&evenly(t_s, commanded, GRID_S));
+            let passed = filters.measured(&filters.on_grid(t_s, commanded));
             let mean = passed.iter().sum::<f64>() / passed.len().max(1) as f64;
             let open = acceleration_m_per_s2(t_s, *inertial, filters);
             noise += open * open * passed.len() as f64;
@@ -158,12 +158,12 @@ pub fn command_n(t_s: &[f64], row_n: f64, filters: &Filters) -> f64 {
     let middle = impulse.len() / 2;
     impulse[middle] = 1.0;
     let gain = filters.measured(&impulse).iter().map(|x| x * x).sum::<f64>().sqrt();
-    row_n * gain * narrowed(t_s)
+    row_n * gain * narrowed(t_s, filters)
 }
 
 /// Rows farther apart than the grid have their noise in a narrower band.
-fn narrowed(t_s: &[f64]) -> f64 {
-    (usual_step_s(t_s) / GRID_S).max(1.0).sqrt()
+fn narrowed(t_s: &[f64], filters: &Filters) -> f64 {
+    (usual_step_s(t_s) / filters.grid_s).max(1.0).sqrt()
 }
 
 /// Standard deviation of the filtered second derivative of white noise of 1 on the grid \[1/s²\].

@@ -10,7 +10,7 @@ use super::effects::{
 };
 use super::inertia;
 use super::misread::Rows;
-use super::motion::{Filters, GRID_S, Motion, evenly, on_grid};
+use super::motion::{Filters, Motion, evenly};
 use super::noise::{self, Noise};
 use super::segments;
 use super::setpoint::Setpoint;
@@ -156,8 +156,9 @@ impl Drive {
             without_inertia(rows)?;
         }
         let filters = filters_of(&raw, &bundle.rig, longest_s);
-        let motion =
-            |rows: &Rows| Motion::of(&on_grid(&rows.clock.t_s, &rows.data.position), &filters);
+        let motion = |rows: &Rows| {
+            Motion::of(&filters.on_grid(&rows.clock.t_s, &rows.data.position), &filters)
+        };
         let motions: Vec<Motion> = raw.iter().map(motion).collect();
         let scale = scale(&raw, &motions);
         if scale.speed_m_per_s <= 0.0 {
@@ -191,7 +192,7 @@ impl Drive {
             // As of a catheter, no noise is none that was stated.
             stated_n: bundle.rig.sensor.drive_noise_sd_n.filter(|noise| *noise > 0.0),
             stated_m: bundle.rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0),
-            stride: stride(longest_s, &motions),
+            stride: stride(longest_s, filters.grid_s, &motions),
             estimated_n: Vec::new(),
             compared: compared(&filters),
             filters,
@@ -227,9 +228,9 @@ impl Drive {
         let open =
             of_steps.unwrap_or_else(|| noise::acceleration_m_per_s2(t_s, row_m, &self.filters));
         let open_n = driven.inertia * open;
-        let measured = self.filters.measured(&on_grid(t_s, &driven.command));
+        let measured = self.filters.measured(&self.filters.on_grid(t_s, &driven.command));
         let points = measured.len();
-        let setpoint = Setpoint::of(t_s, data);
+        let setpoint = Setpoint::of(t_s, data, &self.filters);
         let period = setpoint.as_ref().and_then(Setpoint::period);
         let stride = period.map_or(self.stride, |period| divisor(period, self.stride));
         let block_points = period.unwrap_or(points.div_ceil(BLOCKS)).max(1);
@@ -256,7 +257,7 @@ impl Drive {
             let (velocity, acceleration) =
                 (motion.velocity_m_per_s[i], motion.acceleration_m_per_s2[i]);
             Sample {
-                t_s: t_s[0] + i as f64 * GRID_S,
+                t_s: t_s[0] + i as f64 * self.filters.grid_s,
                 channel: 0,
                 value: measured[i],
                 noise: noise_n,
@@ -276,7 +277,8 @@ impl Drive {
         let (start_s, start_m) = (t_s[0], motion.position_m[0]);
         self.trials.push(Trial { number, start_s, start_m, samples, blocks, forks: Vec::new() });
         // Smoothed as the position is, from which a load may follow.
-        let load = driven.load.map(|load| self.filters.as_position(&on_grid(t_s, &load)));
+        let load =
+            driven.load.map(|load| self.filters.as_position(&self.filters.on_grid(t_s, &load)));
         let load = load.unwrap_or_default();
         let known = Known { inertia: driven.inertia, load, induced: driven.induced };
         self.motions.push(Prepared { motion, known, at });
@@ -344,7 +346,7 @@ impl Drive {
                 jump.step_s, jump.at_s
             )
         }));
-        let grid = |t: f64| ((t - clock.t_s[0]) / GRID_S) as usize;
+        let grid = |t: f64| ((t - clock.t_s[0]) / self.filters.grid_s) as usize;
         clock.spans_s().map(|span| span.map(grid)).collect()
     }
 }
@@ -581,9 +583,9 @@ fn duration_s(t_s: &[f64]) -> f64 {
 }
 
 /// Grid points between two samples, about, of rows so far apart.
-fn stride(step_s: f64, motions: &[Motion]) -> usize {
+fn stride(step_s: f64, grid_s: f64, motions: &[Motion]) -> usize {
     let points: usize = motions.iter().map(|motion| motion.position_m.len()).sum();
-    let half_step = (0.5 * step_s / GRID_S) as usize;
+    let half_step = (0.5 * step_s / grid_s) as usize;
     STRIDE.max(half_step).max(points.div_ceil(STRIDE * MOST_SAMPLES) * STRIDE)
 }
 

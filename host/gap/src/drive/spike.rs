@@ -6,7 +6,6 @@
 use cathforce_bundle::bundle::{Bundle, DriveTrial, TrialData};
 
 use super::effects::{command, latency_s};
-use super::motion::GRID_S;
 use super::plant::{Drive, DriveError};
 use crate::diagnosis::diagnose;
 use crate::diagnosis::report::Diagnosis;
@@ -62,8 +61,9 @@ impl<'a> Spiking<'a> {
             let start_s = trial.t_s[0];
             let [old, new] = [&before, &after].map(|point| {
                 let force_n = command(&self.drive.axis, &prepared.known, &prepared.motion, point);
+                let grid_s = self.drive.filters.grid_s;
                 let later_s = latency_s(point) - start_s;
-                move |t_s: f64| interpolate(&force_n, (t_s + later_s) / GRID_S)
+                move |t_s: f64| interpolate(&force_n, (t_s + later_s) / grid_s)
             });
             // In the unit of the column.
             let scale = self.drive.rig.driven(trial.number, &one_unit(data)).command[0];

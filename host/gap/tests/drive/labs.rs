@@ -208,7 +208,7 @@ fn slow_rows_are_taken_without_inertia_where_it_does_not_matter() {
         }
     };
     let rig = "[drive]\nmoving_mass_kg = 0.4\n";
-    let folder = written(rig, "position_m,drive_command_N", slow(0.05), 0.1, 120.0);
+    let folder = written(rig, "position_m,drive_command_N", slow(0.05), 0.1, 80.0);
     let answer = ask(folder.path());
     named(
         &answer,
@@ -216,6 +216,7 @@ fn slow_rows_are_taken_without_inertia_where_it_does_not_matter() {
     );
     let said = |remark: &&String| remark.contains("quasi-statically, without inertia");
     assert_eq!(answer.remarks.iter().filter(said).count(), 2, "{:?}", answer.remarks);
+    let rig = "[drive]\nmoving_mass_kg = 8.0\n";
     let folder = written(rig, "position_m,drive_command_N", slow(1.0), 0.1, 120.0);
     let refused = Drive::new(&Bundle::open(folder.path()).unwrap()).err().unwrap();
     assert!(matches!(refused, DriveError::TooSeldom { trial: 0, .. }), "{refused}");
