@@ -159,9 +159,15 @@ impl Diagnosis {
     }
 
     fn unexplained(&self) -> String {
+        if let Some(why) = &self.details.objection {
+            return format!("There is a gap, and what explains most of it is not believed: {why}.");
+        }
         let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
         let nearest = nearest.map_or_else(String::new, |nearest| {
-            let share = percent(nearest.shrink);
+            // What is told of the rest is in squares, and the two shares of one model add up.
+            let of_left = self.left.as_ref().filter(|left| left.after == [nearest.id.clone()]);
+            let share = of_left.map_or(nearest.shrink, |left| 1.0 - left.gap_share);
+            let share = percent(share);
             format!(": the best single effect, {}, closes {share}", nearest.id)
         });
         format!(
