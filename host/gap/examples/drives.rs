@@ -185,11 +185,11 @@ impl Counts {
                 })
         };
         let is_exact = answer.verdict == Verdict::Named
-            && named.iter().all(|id| is_known(&id))
+            && named.iter().all(&is_known)
             && named.len() == truth.len();
         self.drives += 1;
         self.exact += usize::from(is_exact);
-        self.clean += usize::from(named.iter().all(|id| is_known(&id)));
+        self.clean += usize::from(named.iter().all(is_known));
         self.slowest_s = self.slowest_s.max(answer.seconds);
     }
 }

@@ -278,6 +278,5 @@ fn read_carried(drive: &TableReader<'_>, axis: Axis, hangs: bool) -> Vec<RigCarr
             load: table.optional_number(load).map_or(0.0, |own| own.value),
         }
     };
-    let mut read = read;
-    tables.iter().map(|table| read(table)).collect()
+    tables.iter().map(read).collect()
 }

@@ -209,6 +209,18 @@ mod tests {
     }
 
     #[test]
+    fn the_reason_that_decided_stands_in_the_headline() {
+        let mut answer = Diagnosis {
+            ranking: vec![Ranked { id: "sensor.gain".to_owned(), shrink: 0.9 }],
+            ..Diagnosis::unanswered("trials")
+        };
+        answer.details.objection = Some("sensor.gain fits best at a bound".to_owned());
+        let said = answer.sentence();
+        assert!(said.contains("is not believed: sensor.gain fits best at a bound."), "{said}");
+        assert!(!said.contains("closes 90 %"), "{said}");
+    }
+
+    #[test]
     fn a_gap_that_nothing_explains_is_answered_with_what_is_nearest() {
         let sentence = |ranking: &[(&str, f64)]| {
             let of = |(id, shrink): &(&str, f64)| Ranked { id: (*id).to_owned(), shrink: *shrink };
