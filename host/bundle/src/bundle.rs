@@ -12,15 +12,18 @@
 //! `p00_z_m`, `p01_x_m` … from the tip; with a guidewire `guidewire_insertion_m` and
 //! `guidewire_rotation_rad`, optionally `guidewire_drive_fx_N`; with tendons that drives pull
 //! `tendon_1_m` and so on. Of a drive's: `t_s`, `position_m`, `drive_command_N`; optionally
-//! `setpoint_m`. Units are SI unless a name ends in another; positions, directions
+//! `setpoint_m` and `load_N`; of a rotary one with `rad` and `Nm`; `motor_current_A` or
+//! `motor_voltage_V` may stand for the command. Units are SI unless a name ends in another; positions, directions
 //! and forces are given in the right-handed frame of the vessel.
 
 use std::path::{Path, PathBuf};
 
+pub use crate::axis::{Axis, CommandKind};
+pub use crate::driven::Driven;
 pub use crate::rig::{
-    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigDrivenTendon,
-    RigEntry, RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon,
-    RigVessel, TipPiece, WallRegion,
+    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCarried, RigCause,
+    RigDrivenTendon, RigEntry, RigEnvironment, RigInstrument, RigMotor, RigPendulum, RigPriors,
+    RigSection, RigSensor, RigTendon, RigVessel, TipPiece, WallRegion,
 };
 pub use crate::trial::{
     CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,
@@ -279,7 +282,7 @@ fn read_trials(
                 let has_guidewire = rig.guidewire.is_some();
                 Trial::parse_catheter(number, &text, has_guidewire, rig.tendons.len())
             }
-            Plant::Drive(_) => Trial::parse_drive(number, &text),
+            Plant::Drive(rig) => Trial::parse_drive(number, &text, rig),
         };
         let Parsed { trial, remarks } =
             trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;

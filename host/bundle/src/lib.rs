@@ -6,9 +6,11 @@
 
 #![forbid(unsafe_code)]
 
+mod axis;
 pub mod bundle;
 mod description;
 mod doubts;
+mod driven;
 mod entry;
 mod error;
 pub mod geometry;

@@ -100,7 +100,7 @@ fn swings() -> String {
     const TURN_M_PER_S: f64 = 1e-3;
 
     let mut noise = Noise(1);
-    let mut text = columns::OF_DRIVE[..3].join(",") + "\n";
+    let mut text = [columns::TIME, columns::POSITION, columns::COMMAND].join(",") + "\n";
     for row in 0..ROWS {
         let t_s = f64::from(row) / RATE_HZ;
         // Sum of two swings, whose derivatives are known.

@@ -111,9 +111,9 @@ fn a_drive_is_a_bundle_too() {
                 0.002,0.1,,92.0\n0.003,,,\n0.004,0.1,0.1,\n";
     fs::write(path.join("trials/000.csv"), rows).unwrap();
     let bundle = Bundle::open(path).unwrap();
-    assert!(matches!(bundle.rig.plant, Plant::Drive(drive) if drive.moving_mass_kg == 95.1));
+    assert!(matches!(bundle.rig.plant, Plant::Drive(drive) if drive.inertia == 95.1));
     let TrialData::Drive(data) = &bundle.trials[0].data else { panic!("a drive's trial") };
-    assert_eq!(data.setpoint_m, Some(vec![Some(0.1), None]));
+    assert_eq!(data.setpoint, Some(vec![Some(0.1), None]));
     assert_eq!(bundle.trials[0].encoder_at(0.0), None);
 
     // A catheter's tables are unknown here.

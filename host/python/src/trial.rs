@@ -53,10 +53,14 @@ fn columns_of(trial: &Trial) -> Columns {
             }
         }
         TrialData::Drive(data) => {
-            add(columns::POSITION, data.position_m.clone());
-            add(columns::COMMAND, data.drive_command_n.clone());
-            if let Some(setpoint) = &data.setpoint_m {
-                add(columns::OF_DRIVE[3], gaps(setpoint));
+            let [position, setpoint, load] = columns::of_axis(data.axis);
+            add(position, data.position.clone());
+            add(columns::of_command(data.kind, data.axis), data.command.clone());
+            if let Some(column) = &data.setpoint {
+                add(setpoint, gaps(column));
+            }
+            if let Some(column) = &data.load {
+                add(load, column.clone());
             }
         }
     }

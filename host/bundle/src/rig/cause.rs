@@ -45,6 +45,8 @@ pub enum RigCause {
     TooManyTendons { found: usize, most: usize },
     #[error("there are a [tendon] with a fixed pull and [[tendons]] that drives pull")]
     BothTendons,
+    #[error("`{key}` {why}")]
+    Contradiction { key: String, why: &'static str, fix: &'static str },
     #[error("`entry.{0}` has no length")]
     ZeroVector(&'static str),
     #[error("`entry.up` is parallel to `entry.direction`, so the plane of the tip is not known")]
@@ -91,6 +93,7 @@ impl RigCause {
             RigCause::OtherPlant { key, other, .. } => {
                 format!("take `{key}` out, or write `plant = \"{other}\"`")
             }
+            RigCause::Contradiction { fix, .. } => (*fix).to_owned(),
             RigCause::Model(beyond) => {
                 let may_be = &beyond.may_be;
                 format!("write {may_be}, the rest of the rig being as it is; units are SI")

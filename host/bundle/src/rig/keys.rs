@@ -21,7 +21,7 @@ pub(super) const ENVIRONMENT_KEYS: [&str; 6] = [
     "viscosity_Pa_s",
 ];
 
-pub(super) const SENSOR_KEYS: [&str; 8] = [
+pub(super) const SENSOR_KEYS: [&str; 10] = [
     "force_noise_sd_N",
     "force_rate_hz",
     "tip_noise_sd_m",
@@ -30,4 +30,6 @@ pub(super) const SENSOR_KEYS: [&str; 8] = [
     "insertion_resolution_m",
     "rotation_resolution_rad",
     "position_noise_sd_m",
+    "position_noise_sd_rad",
+    "drive_noise_sd_Nm",
 ];

@@ -1,6 +1,7 @@
 //! `rig.toml`: what was set up, and the nominal parameters.
 
 mod cause;
+mod drive;
 mod driven_tendons;
 mod instrument;
 mod keys;
@@ -12,6 +13,8 @@ mod toml_reader;
 mod types;
 
 pub use cause::{BeyondModel, RigCause};
+pub(crate) use drive::GRAVITY_M_PER_S2;
+pub use drive::{DriveRig, RigCarried, RigMotor, RigPendulum};
 pub use driven_tendons::RigDrivenTendon;
 pub use instrument::{RigInstrument, RigSection, TipPiece};
 pub use priors::RigPriors;
@@ -21,6 +24,5 @@ pub use tendon::RigTendon;
 pub(crate) use toml_reader::known_keys;
 pub(crate) use toml_reader::{RigWarning, place_of_key};
 pub use types::{
-    CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
-    WallRegion,
+    CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel, WallRegion,
 };

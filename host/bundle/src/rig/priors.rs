@@ -1,6 +1,8 @@
 //! Table `[priors]`: how well the rig is known.
 
+use super::drive::refuse_other_axis;
 use super::toml_reader::{POSITIVE, TableReader};
+use crate::axis::Axis;
 
 /// Table `[priors]`: standard deviations of the nuisance parameters of every trial. A value that is not
 /// stated is `None`; the diagnosis then uses its own.
@@ -32,7 +34,7 @@ const CATHETER_KEYS: [&str; 7] = [
     "wall_at_junctions_sd_m",
 ];
 /// A drive on its own touches nothing, so it has no priors of vessel or wall.
-const DRIVE_KEYS: [&str; 2] = ["force_bias_sd_N", "time_shift_sd_s"];
+const DRIVE_KEYS: [&str; 3] = ["force_bias_sd_N", "time_shift_sd_s", "torque_bias_sd_Nm"];
 
 /// The keys that a rig may have.
 pub(super) const fn prior_keys(is_drive: bool) -> &'static [&'static str] {
@@ -40,13 +42,22 @@ pub(super) const fn prior_keys(is_drive: bool) -> &'static [&'static str] {
 }
 
 /// Reads the priors that are stated.
-pub(super) fn read_priors(root: &TableReader<'_>, is_drive: bool) -> RigPriors {
-    let Some(table) = root.optional_table("priors", prior_keys(is_drive)) else {
+///
+/// `axis`: of a drive on its own.
+pub(super) fn read_priors(root: &TableReader<'_>, axis: Option<Axis>) -> RigPriors {
+    let Some(table) = root.optional_table("priors", prior_keys(axis.is_some())) else {
         return RigPriors::default();
     };
+    let bias = match axis {
+        Some(Axis::Rotary) => "torque_bias_sd_Nm",
+        _ => "force_bias_sd_N",
+    };
+    if axis.is_some() {
+        refuse_other_axis(&table, axis, &["force_bias_sd_N"], &["torque_bias_sd_Nm"]);
+    }
     let number = |key| table.optional_number_in(key, POSITIVE, "above 0");
     RigPriors {
-        force_bias_sd_n: number("force_bias_sd_N"),
+        force_bias_sd_n: number(bias),
         time_shift_sd_s: number("time_shift_sd_s"),
         insertion_offset_sd_m: number("insertion_offset_sd_m"),
         registration_sd_m: number("registration_sd_m"),

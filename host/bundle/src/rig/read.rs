@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use toml::de::DeTable;
 
 use super::cause::RigCause;
+use super::drive::{read_drive, refuse_other_axis};
 use super::driven_tendons::{TENDONS, read_driven_tendons};
 use super::instrument::{read_guidewire, read_instrument};
 use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS, WALL_REGIONS};
@@ -12,9 +13,9 @@ use super::priors::read_priors;
 use super::tendon::read_tendon;
 use super::toml_reader::{Fault, Faults, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
 use super::types::{
-    CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
-    WallRegion,
+    CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel, WallRegion,
 };
+use crate::axis::Axis;
 use crate::place::Place;
 
 /// The only format there is.
@@ -70,9 +71,7 @@ impl Rig {
 fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
     let mut warnings = Vec::new();
     let plant = if is_drive {
-        let drive = root.table("drive", &["moving_mass_kg"]);
-        let moving_mass_kg = drive.number_in("moving_mass_kg", POSITIVE, "above 0");
-        Plant::Drive(DriveRig { moving_mass_kg })
+        Plant::Drive(read_drive(root))
     } else {
         let instrument = read_instrument(root);
         Plant::Catheter(Box::new(CatheterRig {
@@ -85,13 +84,18 @@ fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
             environment: environment(root),
         }))
     };
+    let axis = match &plant {
+        Plant::Drive(drive) => Some(drive.axis),
+        Plant::Catheter(_) => None,
+    };
+    let sensor = sensor(root, axis);
     let nominal = root.optional_table("nominal", &["note"]);
     let note = nominal.and_then(|nominal| nominal.optional_text("note"));
     let rig = Rig {
         name: root.text("name").to_owned(),
         plant,
-        sensor: sensor(root),
-        priors: read_priors(root, is_drive),
+        sensor,
+        priors: read_priors(root, axis),
         note: note.map(|(text, _)| text.to_owned()),
     };
     if root.fault_count() == 0 {
@@ -242,19 +246,30 @@ fn environment(root: &TableReader<'_>) -> RigEnvironment {
     RigEnvironment { gravity_m_per_s2, fluid }
 }
 
-fn sensor(root: &TableReader<'_>) -> RigSensor {
+/// `axis`: of a drive on its own.
+fn sensor(root: &TableReader<'_>, axis: Option<Axis>) -> RigSensor {
     let Some(table) = root.optional_table("sensor", &SENSOR_KEYS) else {
         return RigSensor::default();
     };
+    let (position, command) = match axis {
+        Some(Axis::Rotary) => ("position_noise_sd_rad", "drive_noise_sd_Nm"),
+        _ => ("position_noise_sd_m", "drive_noise_sd_N"),
+    };
+    refuse_other_axis(
+        &table,
+        axis,
+        &["position_noise_sd_m", "drive_noise_sd_N"],
+        &["position_noise_sd_rad", "drive_noise_sd_Nm"],
+    );
     let number = |key| table.optional_number_in(key, NOT_NEGATIVE, "at least 0");
     RigSensor {
         force_noise_sd_n: number("force_noise_sd_N"),
         force_rate_hz: number("force_rate_hz"),
         tip_noise_sd_m: number("tip_noise_sd_m"),
-        drive_noise_sd_n: number("drive_noise_sd_N"),
+        drive_noise_sd_n: number(command),
         shape_noise_sd_m: number("shape_noise_sd_m"),
         insertion_resolution_m: number("insertion_resolution_m"),
         rotation_resolution_rad: number("rotation_resolution_rad"),
-        position_noise_sd_m: number("position_noise_sd_m"),
+        position_noise_sd_m: number(position),
     }
 }

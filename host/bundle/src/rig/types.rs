@@ -1,5 +1,6 @@
 //! What `rig.toml` says, in numbers: SI units, vectors in the right-handed frame of the vessel.
 
+use super::drive::DriveRig;
 use super::driven_tendons::RigDrivenTendon;
 use super::instrument::RigInstrument;
 use super::priors::RigPriors;
@@ -88,12 +89,6 @@ pub struct CatheterRig {
     pub entry: RigEntry,
     pub vessel: RigVessel,
     pub environment: RigEnvironment,
-}
-
-/// One axis on its own.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriveRig {
-    pub moving_mass_kg: f64,
 }
 
 /// The kind of rig.

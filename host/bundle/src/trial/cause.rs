@@ -39,6 +39,16 @@ pub enum TrialCause {
     HalfVector { missing: String, given: String },
     #[error("the shape points leave out p{0:02}")]
     ShapeGap(usize),
+    #[error("column `{column}` is of a {other} axis, but by [drive] of rig.toml this one is {own}")]
+    OtherAxis { column: &'static str, own: &'static str, other: &'static str },
+    #[error("column `{column}` is not in the unit of `{position}`, which stands beside it")]
+    MixedAxes { column: &'static str, position: &'static str },
+    #[error("columns `{column}` and `{beside}` both say what drives the axis")]
+    TwoCommands { column: &'static str, beside: &'static str },
+    #[error("column `{0}` is of a motor, but rig.toml has no [drive.motor]")]
+    NoMotor(&'static str),
+    #[error("column `{0}` is in volts, but [drive.motor] of rig.toml has no resistance_ohm")]
+    NoResistance(&'static str),
 }
 
 impl TrialCause {
@@ -84,6 +94,28 @@ impl TrialCause {
             }
             TrialCause::HalfVector { .. } => {
                 "a vector has three components: give all of them, or leave all three empty".into()
+            }
+            TrialCause::OtherAxis { own: "linear", .. } => {
+                "give moving_inertia_kg_m2 in place of moving_mass_kg, or record metres".into()
+            }
+            TrialCause::OtherAxis { .. } => {
+                "give moving_mass_kg in place of moving_inertia_kg_m2, or record radians".into()
+            }
+            TrialCause::MixedAxes { .. } => {
+                "a linear axis has position_m, drive_command_N, setpoint_m and load_N; a rotary one has \
+                 position_rad, drive_command_Nm, setpoint_rad and load_Nm"
+                    .into()
+            }
+            TrialCause::TwoCommands { .. } => "keep the one that is known best".into(),
+            TrialCause::NoMotor(_) => {
+                "add the table [drive.motor] with torque_constant_Nm_per_A, or force_constant_N_per_A of a \
+                 linear motor; its gear is gear_ratio or lead_m_per_turn"
+                    .into()
+            }
+            TrialCause::NoResistance(_) => {
+                "add resistance_ohm of the winding; back_emf_V_s_per_rad is the torque constant unless \
+                 it is stated"
+                    .into()
             }
             TrialCause::ShapeGap(_) => {
                 "number the shape points without gaps, tip first, each with _x_m, _y_m, _z_m".into()

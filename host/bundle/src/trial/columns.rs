@@ -1,5 +1,7 @@
 //! Names of the columns of a trial, for readers and writers.
 
+use crate::axis::{Axis, CommandKind};
+
 /// Time since the trial began \[s\].
 pub const TIME: &str = "t_s";
 /// Of the drive \[m\].
@@ -45,12 +47,55 @@ pub const ALL: [&str; 17] = [
     TENDONS[3],
 ];
 
-/// Of a trial of a drive on its own: its position \[m\].
+/// Of a trial of a drive on its own: its position \[m\] or \[rad\].
 pub const POSITION: &str = "position_m";
-/// The whole force that is applied to it \[N\].
+pub const POSITION_RAD: &str = "position_rad";
+/// The whole force \[N\] or torque \[N·m\] that is applied to it.
 pub const COMMAND: &str = "drive_command_N";
-/// Those of a drive's trial; it need not have the last one.
-pub const OF_DRIVE: [&str; 4] = [TIME, POSITION, COMMAND, "setpoint_m"];
+pub const COMMAND_NM: &str = "drive_command_Nm";
+/// Or what its motor is given \[A\], \[V\].
+pub const CURRENT: &str = "motor_current_A";
+pub const VOLTAGE: &str = "motor_voltage_V";
+/// Where it was to be \[m\] or \[rad\].
+pub const SETPOINT: &str = "setpoint_m";
+pub const SETPOINT_RAD: &str = "setpoint_rad";
+/// What it takes to hold it against a load that is known \[N\] or \[N·m\].
+pub const LOAD: &str = "load_N";
+pub const LOAD_NM: &str = "load_Nm";
+/// Those of commands, of which a drive's trial has one.
+pub const COMMANDS: [&str; 4] = [COMMAND, COMMAND_NM, CURRENT, VOLTAGE];
+/// Those of a drive's trial: the time, a position and a command, and perhaps a set-point and a load.
+pub const OF_DRIVE: [&str; 11] = [
+    TIME,
+    POSITION,
+    COMMAND,
+    SETPOINT,
+    LOAD,
+    POSITION_RAD,
+    COMMAND_NM,
+    SETPOINT_RAD,
+    LOAD_NM,
+    CURRENT,
+    VOLTAGE,
+];
+
+/// Names of the columns of an axis' position, set-point and known load.
+pub fn of_axis(axis: Axis) -> [&'static str; 3] {
+    match axis {
+        Axis::Linear => [POSITION, SETPOINT, LOAD],
+        Axis::Rotary => [POSITION_RAD, SETPOINT_RAD, LOAD_NM],
+    }
+}
+
+/// Name of the column of its command.
+pub fn of_command(kind: CommandKind, axis: Axis) -> &'static str {
+    match (kind, axis) {
+        (CommandKind::Force, Axis::Linear) => COMMAND,
+        (CommandKind::Force, Axis::Rotary) => COMMAND_NM,
+        (CommandKind::Current, _) => CURRENT,
+        (CommandKind::Voltage, _) => VOLTAGE,
+    }
+}
 
 /// Columns of a shape point, counted from the tip, vessel frame \[m\].
 pub fn shape_point(k: usize) -> [String; 3] {

@@ -123,14 +123,19 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Fore
     let table = Table::split(text).map_err(of_table)?;
     let wanted = wanted(&table, maps)?;
     let has = |name: &str| wanted.iter().any(|column| column.to == name);
-    let is_drive = !has(columns::INSERTION) && has(columns::COMMAND);
+    let is_drive = !has(columns::INSERTION) && columns::COMMANDS.into_iter().any(has);
     let taken = wanted.iter().filter(|column| {
         let of_drive = columns::OF_DRIVE.contains(&column.to.as_str());
         of_drive == is_drive || column.to == columns::TIME
     });
     let taken = taken.collect::<Vec<_>>();
     let has = |name: &str| taken.iter().any(|column| column.to == name);
-    let required = if is_drive { &columns::OF_DRIVE[..3] } else { &columns::REQUIRED };
+    let position = match has(columns::POSITION_RAD) {
+        true => columns::POSITION_RAD,
+        false => columns::POSITION,
+    };
+    let of_drive = [columns::TIME, position];
+    let required = if is_drive { &of_drive[..] } else { &columns::REQUIRED };
     if let Some(name) = required.iter().find(|name| !has(name)) {
         return Err((Place::Line(1), ForeignCause::NotNamed((*name).into())));
     }

@@ -2,6 +2,7 @@
 
 mod cause;
 pub mod columns;
+mod drive;
 mod foreign;
 mod plausible;
 mod read;

@@ -2,11 +2,11 @@
 
 use super::cause::{LATEST_S, LONGEST_GAP_S, TrialCause};
 use super::columns::{self, shape_index};
-use super::types::{CatheterTrial, DriveTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
+use super::types::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
 use crate::place::Place;
 use crate::table::{Table, TableCause};
 
-type Fault = (Place, TrialCause);
+pub(super) type Fault = (Place, TrialCause);
 
 /// What becomes of rows that are farther apart than an encoder is interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,40 +69,9 @@ impl Trial {
         });
         Ok(Parsed { trial: Self { number, t_s, data }, remarks })
     }
-
-    pub(crate) fn parse_drive(number: u32, text: &str) -> Result<Parsed, Fault> {
-        Self::read_drive(number, Table::parse(text).map_err(table_fault)?)
-    }
-
-    /// The same from a table.
-    pub(super) fn read_drive(number: u32, mut table: Table) -> Result<Parsed, Fault> {
-        const COLUMNS: [&str; 4] = columns::OF_DRIVE;
-        table.check_columns(&COLUMNS[..3], &COLUMNS, |_| false).map_err(table_fault)?;
-        let mut remarks = Vec::new();
-        let t_s = times(&mut table, Holes::Refused, &mut remarks)?;
-        // A force belongs to the motion in the same row; readers interpolate between rows.
-        let rows = t_s.len();
-        let dropped = table.drop_rows_without(&COLUMNS[1..3]);
-        if dropped == rows {
-            let cause = TableCause::MissingValue("position_m` or `drive_command_N".into());
-            return Err((Place::Whole, cause.into()));
-        }
-        if dropped > 0 {
-            remarks.push(format!(
-                "{dropped} of {rows} rows have no position_m or no drive_command_N and are left out"
-            ));
-        }
-        let data = TrialData::Drive(DriveTrial {
-            position_m: table.full_column("position_m").map_err(table_fault)?,
-            drive_command_n: table.full_column("drive_command_N").map_err(table_fault)?,
-            setpoint_m: table.sparse_column("setpoint_m").map_err(table_fault)?,
-        });
-        let t_s = table.full_column("t_s").map_err(table_fault)?;
-        Ok(Parsed { trial: Self { number, t_s, data }, remarks })
-    }
 }
 
-fn table_fault((place, cause): (Place, TableCause)) -> Fault {
+pub(super) fn table_fault((place, cause): (Place, TableCause)) -> Fault {
     (place, cause.into())
 }
 
@@ -111,7 +80,11 @@ fn at(table: &Table, row: usize, column: &str) -> Place {
 }
 
 /// The time column, checked to rise after rows of one time were merged.
-fn times(table: &mut Table, holes: Holes, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault> {
+pub(super) fn times(
+    table: &mut Table,
+    holes: Holes,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<f64>, Fault> {
     if let Some(column) = table.column("t_s") {
         let joined = table.join_rows(column).map_err(table_fault)?;
         if joined > 0 {

@@ -3,6 +3,7 @@
 use cathforce_mechanics::MAX_TENDONS;
 
 use super::columns;
+use crate::axis::{Axis, CommandKind};
 
 /// Encoder positions at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,12 +60,16 @@ impl CatheterTrial {
     }
 }
 
-/// Columns of a drive's trial, one entry a row.
+/// Columns of a drive's trial, one entry a row, in the units of their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrial {
-    pub position_m: Vec<f64>,
-    pub drive_command_n: Vec<f64>,
-    pub setpoint_m: Option<Vec<Option<f64>>>,
+    pub axis: Axis,
+    pub kind: CommandKind,
+    pub position: Vec<f64>,
+    pub command: Vec<f64>,
+    pub setpoint: Option<Vec<Option<f64>>>,
+    /// Force or torque that it takes to hold the axis against what is known.
+    pub load: Option<Vec<f64>>,
 }
 
 /// What was measured, by plant.

@@ -148,6 +148,9 @@ impl<'a> Answer<'a> {
         let named = self.effects(selector, &selection);
         let objections = self.objections(problem, &selection);
         if !objections.is_empty() && given.is_none() {
+            if verdict != Verdict::Unknown {
+                self.diagnosis.details.objection = objections.first().cloned();
+            }
             verdict = Verdict::Unknown;
         }
         objections.into_iter().for_each(|objection| self.remark(objection));

@@ -115,6 +115,8 @@ pub struct Details {
     pub on_vessel: Option<OnVessel>,
     /// The same of what is left.
     pub left_on_vessel: Option<OnVessel>,
+    /// Why effects that would have been an answer are not named.
+    pub objection: Option<String>,
     /// Simulated trials.
     pub simulations: usize,
     /// Every set of effects that was fitted, from which the priors are learned.

@@ -145,8 +145,8 @@ impl Diagnosis {
             format!(
                 "Correcting it takes the force error from {} on data that the fit had not seen; the \
                  floor is {}.",
-                from_to(f.before, f.after, "N"),
-                quantity(f.floor, "N")
+                from_to(f.before, f.after, self.gap.units.force()),
+                quantity(f.floor, self.gap.units.force())
             )
         })
     }
@@ -174,9 +174,15 @@ impl Diagnosis {
     }
 
     fn unexplained(&self) -> String {
+        if let Some(why) = &self.details.objection {
+            return format!("There is a gap, and what explains most of it is not believed: {why}.");
+        }
         let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
         let nearest = nearest.map_or_else(String::new, |nearest| {
-            let share = percent(nearest.shrink);
+            // What is told of the rest is in squares, and the two shares of one model add up.
+            let of_left = self.left.as_ref().filter(|left| left.after == [nearest.id.clone()]);
+            let share = of_left.map_or(nearest.shrink, |left| 1.0 - left.gap_share);
+            let share = percent(share);
             format!(": the best single effect, {}, closes {share}", wording::name(&nearest.id))
         });
         format!(
@@ -202,6 +208,18 @@ mod tests {
         assert!(sentence(None).contains("No force was measured"));
         let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
         assert!(!measured.contains("No force"), "{measured}");
+    }
+
+    #[test]
+    fn the_reason_that_decided_stands_in_the_headline() {
+        let mut answer = Diagnosis {
+            ranking: vec![Ranked { id: "sensor.gain".to_owned(), shrink: 0.9 }],
+            ..Diagnosis::unanswered("trials")
+        };
+        answer.details.objection = Some("sensor.gain fits best at a bound".to_owned());
+        let said = answer.sentence();
+        assert!(said.contains("is not believed: sensor.gain fits best at a bound."), "{said}");
+        assert!(!said.contains("closes 90 %"), "{said}");
     }
 
     #[test]

@@ -2,8 +2,11 @@
 //!
 //! With the measured position q, the force that moves the mass is
 //!
-//! > F = e (M q̈ + f(q, q̇)),   f = F_c s + F_v q̇ + F_s exp(−(q̇/v_s)²) s + μ |M q̈| s + F_0
-//! >     + A cos(2π q/λ) + B sin(2π q/λ),   δ ds/d|q| = tanh(q̇/v_ε) − s
+//! > F = e (M q̈ + L + f(q, q̇)) + D q̇,   f = F_c s + F_v q̇ + F_s exp(−(q̇/v_s)²) s + μ |M q̈ + L| s
+//! >     + F_0 + A cos(2π q/λ) + B sin(2π q/λ),   δ ds/d|q| = tanh(q̇/v_ε) − s
+//!
+//! L is a load that is known, and D q̇ what the voltage that a motor induces takes from one that is given a
+//! voltage. Of a rotary axis q is an angle, F a torque and M an inertia.
 //!
 //! δ is the presliding distance of Coulomb friction, over which all friction turns with it.
 //! e is 0 while a gap of width b is crossed after a reversal (backlash), else 1. The encoder may
@@ -11,6 +14,8 @@
 //! a time constant, a bias and a drift.
 
 use std::f64::consts::TAU;
+
+use cathforce_bundle::bundle::Axis as Kind;
 
 use super::motion::Motion;
 use crate::plant::{Along, Effect, Parameter, Point, Swing};
@@ -79,24 +84,31 @@ impl Scale {
 /// The library of an axis on which everything is 1: bounds and priors as multiples of
 /// [`counted_in`].
 pub fn listed() -> Vec<Effect> {
-    library(&Scale { force_n: 1.0, speed_m_per_s: 1.0, travel_m: 1.0, duration_s: 1.0 })
+    let one = Scale { force_n: 1.0, speed_m_per_s: 1.0, travel_m: 1.0, duration_s: 1.0 };
+    library(&one, Kind::Linear)
 }
 
 /// What bounds of a parameter of this unit go by: f is the RMS of the command, v the largest speed,
 /// q the travel, t the length of a trial. `None` where they are the same on every axis.
 pub fn counted_in(unit: &str) -> Option<&'static str> {
     match unit {
-        "N" => Some("f"),
-        "m/s" => Some("v"),
-        "m" => Some("q"),
-        "N·s/m" => Some("f/v"),
-        "N/s" => Some("f/t"),
+        "N" | "N·m" => Some("f"),
+        "m/s" | "rad/s" => Some("v"),
+        "m" | "rad" => Some("q"),
+        "N·s/m" | "N·m·s/rad" => Some("f/v"),
+        "N/s" | "N·m/s" => Some("f/t"),
         _ => None,
     }
 }
 
 /// The library, in the order of [`Is`].
-pub fn library(scale: &Scale) -> Vec<Effect> {
+pub fn library(scale: &Scale, kind: Kind) -> Vec<Effect> {
+    let name = |linear, rotary| match kind {
+        Kind::Linear => linear,
+        Kind::Rotary => rotary,
+    };
+    let (newton, metre, speed) = (name("N", "N·m"), name("m", "rad"), name("m/s", "rad/s"));
+    let force = name("force_n", "torque_nm");
     let Scale { force_n: f, speed_m_per_s: v, travel_m: q, duration_s: t } = *scale;
     let positive =
         |name, unit, high, scale| Parameter { name, unit, low: 0.0, high, off: 0.0, scale };
@@ -117,8 +129,8 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
             "drive.coulomb",
             "friction of constant size against the motion",
             vec![
-                positive("force_n", "N", 10.0 * f, f),
-                positive("presliding_m", "m", 0.01 * q, 2e-4 * q),
+                positive(force, newton, 10.0 * f, f),
+                positive(name("presliding_m", "presliding_rad"), metre, 0.1 * q, 2e-4 * q),
             ],
             &[&[0.2 * f, 0.0], &[0.5 * f, 0.0], &[f, 0.0]],
             &["drive.viscous", "drive.stribeck", "drive.load_friction"],
@@ -126,25 +138,36 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "drive.viscous",
             "friction proportional to the speed",
-            vec![positive("n_s_per_m", "N·s/m", 10.0 * f / v, f / v)],
+            vec![positive(
+                name("n_s_per_m", "nm_s_per_rad"),
+                name("N·s/m", "N·m·s/rad"),
+                10.0 * f / v,
+                f / v,
+            )],
             &[&[0.2 * f / v], &[0.5 * f / v], &[f / v]],
             &["drive.latency", "drive.stribeck"],
         ),
         effect(
             "drive.offset",
-            "a constant force: friction differs between the two directions",
-            vec![signed("force_n", "N", 2.0 * f, 0.2 * f)],
+            name(
+                "a constant force: friction differs between the two directions",
+                "a constant torque: friction differs between the two directions",
+            ),
+            vec![signed(force, newton, 2.0 * f, 0.2 * f)],
             &[&[0.05 * f], &[-0.05 * f]],
             &["sensor.bias"],
         ),
         effect(
             "drive.stribeck",
-            "friction that falls as motion sets in: by 63 % at speed_m_per_s",
+            name(
+                "friction that falls as motion sets in: by 63 % at speed_m_per_s",
+                "friction that falls as motion sets in: by 63 % at speed_rad_per_s",
+            ),
             vec![
-                positive("force_n", "N", 5.0 * f, 0.3 * f),
+                positive(force, newton, 5.0 * f, 0.3 * f),
                 Parameter {
-                    name: "speed_m_per_s",
-                    unit: "m/s",
+                    name: name("speed_m_per_s", "speed_rad_per_s"),
+                    unit: speed,
                     // What falls sooner than friction turns over is another turnover.
                     low: TURNOVER_SHARE * v,
                     high: 0.3 * v,
@@ -157,7 +180,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         ),
         effect(
             "drive.load_friction",
-            "friction proportional to the inertial load",
+            "friction proportional to the load, be it inertia or a known one",
             vec![positive("per_force", "1", 1.0, 0.1)],
             &[&[0.02], &[0.05], &[0.2]],
             &["drive.coulomb", "sensor.gain"],
@@ -165,7 +188,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "drive.backlash",
             "a gap that is crossed without load after a reversal",
-            vec![positive("position_m", "m", 0.05 * q, 1e-3 * q)],
+            vec![positive(name("position_m", "position_rad"), metre, 0.05 * q, 1e-3 * q)],
             &[&[1e-4 * q], &[1e-3 * q], &[5e-3 * q]],
             &["drive.latency", "drive.coulomb"],
         ),
@@ -173,11 +196,11 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
             "drive.ripple",
             "a force that repeats with the position",
             vec![
-                signed("cosine_n", "N", 2.0 * f, 0.1 * f),
-                signed("sine_n", "N", 2.0 * f, 0.1 * f),
+                signed(name("cosine_n", "cosine_nm"), newton, 2.0 * f, 0.1 * f),
+                signed(name("sine_n", "sine_nm"), newton, 2.0 * f, 0.1 * f),
                 Parameter {
-                    name: "wavelength_m",
-                    unit: "m",
+                    name: name("wavelength_m", "wavelength_rad"),
+                    unit: metre,
                     low: q / MOST_CYCLES,
                     high: q / LEAST_CYCLES,
                     off: 0.25 * q,
@@ -204,14 +227,19 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "sensor.bias",
             "a constant in the command's measurement",
-            vec![signed("force_n", "N", 2.0 * f, 0.1 * f)],
+            vec![signed(force, newton, 2.0 * f, 0.1 * f)],
             &[&[0.05 * f], &[-0.05 * f]],
             &["drive.offset"],
         ),
         effect(
             "sensor.drift",
             "a bias that grows with time",
-            vec![signed("force_n_per_s", "N/s", f / t, 0.05 * f / t)],
+            vec![signed(
+                name("force_n_per_s", "torque_nm_per_s"),
+                name("N/s", "N·m/s"),
+                f / t,
+                0.05 * f / t,
+            )],
             &[&[0.05 * f / t], &[-0.05 * f / t]],
             &["drive.offset"],
         ),
@@ -235,12 +263,32 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
 /// An axis: what moves, and how friction turns over where it turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    pub mass_kg: f64,
+    pub kind: Kind,
+    /// As stated, in kg or kg·m².
+    pub inertia: f64,
     pub turnover_m_per_s: f64,
 }
 
+/// What is known of the axis along a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    /// Of all that moves, in kg or kg·m²; 0 where a recording is too slow to tell.
+    pub inertia: f64,
+    /// What it takes to hold the axis, at every point; empty without a load.
+    pub load: Vec<f64>,
+    /// Force for each m/s by which the voltage that the motor induces brakes.
+    pub induced: f64,
+}
+
+impl Known {
+    /// Of an axis that carries nothing.
+    pub fn bare(inertia: f64) -> Self {
+        Self { inertia, load: Vec::new(), induced: 0.0 }
+    }
+}
+
 /// The command's measurement at every point of the motion, before it is smoothed \[N\].
-pub fn command(axis: &Axis, motion: &Motion, point: &Point) -> Vec<f64> {
+pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Vec<f64> {
     let value = |effect: Is, parameter: usize| point.effects[effect as usize][parameter];
     let counted = 1.0 + value(Is::EncoderScale, 0);
     let engaged = engagement(&motion.position_m, counted * value(Is::Backlash, 0));
@@ -254,18 +302,19 @@ pub fn command(axis: &Axis, motion: &Motion, point: &Point) -> Vec<f64> {
     let sign = direction(motion, axis.turnover_m_per_s, value(Is::Coulomb, 1));
     let applied = |i: usize| {
         let velocity = motion.velocity_m_per_s[i] / counted;
-        let inertia = axis.mass_kg * motion.acceleration_m_per_s2[i] / counted;
+        let load = known.load.get(i).copied().unwrap_or(0.0);
+        let carried = known.inertia * motion.acceleration_m_per_s2[i] / counted + load;
         let sign = sign[i];
         let mut friction = coulomb * sign + viscous * velocity + value(Is::Offset, 0);
         if excess != 0.0 {
             friction += excess * (-(velocity / stribeck).powi(2)).exp() * sign;
         }
-        friction += value(Is::LoadFriction, 0) * inertia.abs() * sign;
+        friction += value(Is::LoadFriction, 0) * carried.abs() * sign;
         if rippled {
             let angle = TAU * motion.position_m[i] / (counted * length);
             friction += cosine * angle.cos() + sine * angle.sin();
         }
-        engaged.as_ref().map_or(1.0, |e| e[i]) * (inertia + friction)
+        engaged.as_ref().map_or(1.0, |e| e[i]) * (carried + friction) + known.induced * velocity
     };
     let mut force_n: Vec<f64> = (0..motion.position_m.len()).map(applied).collect();
     if lag > 0.0 {
@@ -361,7 +410,7 @@ mod tests {
 
     #[test]
     fn what_is_listed_is_what_is_fitted() {
-        let own = library(&SCALE);
+        let own = library(&SCALE, Kind::Linear);
         for (listed, own) in listed().iter().zip(&own) {
             for (listed, own) in listed.parameters.iter().zip(&own.parameters) {
                 let Scale { force_n: f, speed_m_per_s: v, travel_m: q, duration_s: t } = SCALE;
@@ -383,7 +432,7 @@ mod tests {
 
     #[test]
     fn the_order_of_the_library_is_that_of_its_indices() {
-        let library = library(&SCALE);
+        let library = library(&SCALE, Kind::Linear);
         for (id, index) in [
             ("drive.coulomb", Is::Coulomb),
             ("drive.viscous", Is::Viscous),

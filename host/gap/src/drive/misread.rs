@@ -7,7 +7,7 @@
 //!
 //! > x = …, a, a, a + h, a, a, …   ⇒   d = …, 0, h, −2h, h, 0, …
 
-use cathforce_bundle::bundle::DriveTrial;
+use cathforce_bundle::bundle::{DriveRig, DriveTrial, Driven, columns};
 
 use super::stamps::evened;
 use crate::data::clock::Clock;
@@ -25,14 +25,18 @@ pub struct Rows {
     pub number: u32,
     pub clock: Clock,
     pub data: DriveTrial,
+    /// What drives it, in the unit of the axis.
+    pub driven: Driven,
     /// Which were left out, in words.
     pub remarks: Vec<String>,
 }
 
 impl Rows {
-    pub fn of(number: u32, t_s: &[f64], data: &DriveTrial) -> Self {
-        let columns =
-            [("position_m", &data.position_m), ("drive_command_N", &data.drive_command_n)];
+    pub fn of(number: u32, t_s: &[f64], data: &DriveTrial, rig: &DriveRig) -> Self {
+        let columns = [
+            (columns::of_axis(data.axis)[0], &data.position),
+            (columns::of_command(data.kind, data.axis), &data.command),
+        ];
         let mut remarks = Vec::new();
         let mut left_out = vec![false; t_s.len()];
         for (name, column) in columns {
@@ -52,16 +56,20 @@ impl Rows {
         }
         let kept: Vec<usize> = (0..t_s.len()).filter(|&row| !left_out[row]).collect();
         let of = |column: &[f64]| kept.iter().map(|&row| column[row]).collect::<Vec<f64>>();
-        let setpoint = data.setpoint_m.as_ref();
+        let setpoint = data.setpoint.as_ref();
         let data = DriveTrial {
-            position_m: of(&data.position_m),
-            drive_command_n: of(&data.drive_command_n),
-            setpoint_m: setpoint.map(|column| kept.iter().map(|&row| column[row]).collect()),
+            axis: data.axis,
+            kind: data.kind,
+            position: of(&data.position),
+            command: of(&data.command),
+            setpoint: setpoint.map(|column| kept.iter().map(|&row| column[row]).collect()),
+            load: data.load.as_deref().map(of),
         };
+        let driven = rig.driven(number, &data);
         let mut clock = Clock::of(&of(t_s));
         // Where rows were left out or the clock jumps, nobody knows which rows would be even.
         let whole = kept.len() == t_s.len() && clock.jumps.is_empty();
-        let evened = whole.then(|| evened(&clock.t_s, &data.position_m)).flatten();
+        let evened = whole.then(|| evened(&clock.t_s, &data.position)).flatten();
         if let Some((even_s, scatter_s)) = evened {
             remarks.push(format!(
                 "trial {number:03}: the times of the rows tremble by {:.2} ms, but the position is smooth \
@@ -70,7 +78,7 @@ impl Rows {
             ));
             clock.t_s = even_s;
         }
-        Self { number, clock, data, remarks }
+        Self { number, clock, data, driven, remarks }
     }
 }
 
@@ -94,6 +102,7 @@ fn misread(series: &[f64]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cathforce_bundle::bundle::{Axis, CommandKind};
 
     #[test]
     fn a_row_that_jumps_away_and_back_is_misread_and_a_step_is_not() {
@@ -120,11 +129,26 @@ mod tests {
         position_m[100] = 0.0;
         let mut drive_command_n = vec![2.0; 300];
         (drive_command_n[50], drive_command_n[200]) = (1e3, -1e3);
-        let setpoint_m = Some(t_s.iter().map(|t| Some(*t)).collect());
-        let rows = Rows::of(7, &t_s, &DriveTrial { position_m, drive_command_n, setpoint_m });
-        assert_eq!((rows.clock.t_s.len(), rows.data.setpoint_m.map(|s| s.len())), (297, Some(297)));
-        assert!(rows.data.position_m.iter().all(|&x| x > 0.0));
-        assert!(rows.data.drive_command_n.iter().all(|&f| f == 2.0));
+        let setpoint = Some(t_s.iter().map(|t| Some(*t)).collect());
+        let data = DriveTrial {
+            axis: Axis::Linear,
+            kind: CommandKind::Force,
+            position: position_m,
+            command: drive_command_n,
+            setpoint,
+            load: None,
+        };
+        let rig = DriveRig {
+            axis: Axis::Linear,
+            inertia: 1.0,
+            motor: None,
+            pendulum: None,
+            carried: Vec::new(),
+        };
+        let rows = Rows::of(7, &t_s, &data, &rig);
+        assert_eq!((rows.clock.t_s.len(), rows.data.setpoint.map(|s| s.len())), (297, Some(297)));
+        assert!(rows.data.position.iter().all(|&x| x > 0.0));
+        assert!(rows.data.command.iter().all(|&f| f == 2.0));
         assert_eq!(
             rows.remarks,
             [

@@ -2,8 +2,10 @@
 
 use crate::signal::{Gaussian, slope};
 
-/// The grid on which a trial is differentiated \[s\].
+/// The finest grid on which trials are differentiated \[s\].
 pub const GRID_S: f64 = 1e-3;
+/// Grid points between two rows at most: of rows that are far apart, the grid is coarser.
+const POINTS_A_ROW: f64 = 20.0;
 /// Smoothing before differentiation, in grid points. With [`OUTPUT_SD`] the bandwidth is 30 Hz.
 const POSITION_SD: f64 = 2.0;
 /// Smoothing of what is compared.
@@ -29,12 +31,12 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// From positions every [`GRID_S`], smoothed and differentiated.
+    /// From positions on the grid of the filters, smoothed and differentiated.
     pub fn of(position_m: &[f64], filters: &Filters) -> Self {
         let position_m = filters.position.smooth(position_m);
-        let velocity_m_per_s = slope(&position_m, GRID_S);
-        let acceleration_m_per_s2 = slope(&velocity_m_per_s, GRID_S);
-        Self { dt_s: GRID_S, position_m, velocity_m_per_s, acceleration_m_per_s2 }
+        let velocity_m_per_s = slope(&position_m, filters.grid_s);
+        let acceleration_m_per_s2 = slope(&velocity_m_per_s, filters.grid_s);
+        Self { dt_s: filters.grid_s, position_m, velocity_m_per_s, acceleration_m_per_s2 }
     }
 
     /// Where the drive moves by less than a share of `travel_m`, or than the position's `noise_m`, for
@@ -53,11 +55,6 @@ impl Motion {
         }
         rests
     }
-}
-
-/// A column on the grid, from its rows at times of their own.
-pub fn on_grid(t_s: &[f64], column: &[f64]) -> Vec<f64> {
-    evenly(t_s, column, GRID_S)
 }
 
 /// A column every `step_s`, from its rows at times of their own.
@@ -81,19 +78,32 @@ pub fn evenly(t_s: &[f64], column: &[f64], step_s: f64) -> Vec<f64> {
 /// The filters that measured and predicted commands both pass.
 #[derive(Clone, Debug)]
 pub struct Filters {
+    /// Between two grid points \[s\], the same for all trials.
+    pub grid_s: f64,
     position: Gaussian,
     output: Gaussian,
     /// Of the latter, in grid points.
     output_sd: f64,
+    /// Of both together, in grid points.
+    whole_sd: f64,
 }
 
 impl Filters {
-    /// For rows so far apart at most.
-    pub fn of_rows(step_s: f64) -> Self {
-        let least = LEAST_SD_ROWS * step_s / GRID_S;
-        let wider = (least / POSITION_SD.hypot(OUTPUT_SD)).max(1.0);
+    /// For rows so far apart at most, at least so many times as wide as the narrowest ones.
+    pub fn new(step_s: f64, wider: f64) -> Self {
+        let coarser = (step_s / (POINTS_A_ROW * GRID_S)).floor().max(1.0);
+        let grid_s = coarser * GRID_S;
+        let least = LEAST_SD_ROWS * step_s / grid_s;
+        let whole_sd = POSITION_SD.hypot(OUTPUT_SD);
+        let wider = (least / whole_sd).max(wider);
         let [position, output] = [POSITION_SD, OUTPUT_SD].map(|sd| Gaussian::new(wider * sd));
-        Self { position, output, output_sd: wider * OUTPUT_SD }
+        Self { grid_s, position, output, output_sd: wider * OUTPUT_SD, whole_sd: wider * whole_sd }
+    }
+
+    /// Frequency from which on less than half the power passes \[Hz\]: √(ln 2)/(2π) over the standard
+    /// deviation in time.
+    pub fn bandwidth_hz(&self) -> f64 {
+        0.1325 / (self.whole_sd * self.grid_s)
     }
 
     /// A measured command, smoothed as the position was before its derivatives were taken, and
@@ -102,11 +112,21 @@ impl Filters {
         self.output.smooth(&self.position.smooth(command_n))
     }
 
+    /// A column on the grid, from its rows at times of their own.
+    pub fn on_grid(&self, t_s: &[f64], column: &[f64]) -> Vec<f64> {
+        evenly(t_s, column, self.grid_s)
+    }
+
+    /// A series, smoothed as the position is before its derivatives are taken.
+    pub fn as_position(&self, series: &[f64]) -> Vec<f64> {
+        self.position.smooth(series)
+    }
+
     /// A predicted command at some grid points, read `shift_s` later. Between grid points the
     /// filter is shifted, not what it smooths: a straight line between two points has a kink where
     /// there is no shift, and two steps to either side of it are one smoothing more.
     pub fn predicted(&self, command_n: &[f64], at: &[usize], shift_s: f64) -> Vec<f64> {
-        let shift = shift_s / GRID_S;
+        let shift = shift_s / self.grid_s;
         let (whole, last) = (shift.round(), command_n.len().saturating_sub(1) as f64);
         let output = Gaussian::centred(self.output_sd, shift - whole);
         let moved = |i: usize| (i as f64 + whole).clamp(0.0, last) as usize;
@@ -127,8 +147,8 @@ mod tests {
     fn what_lies_between_rows_is_no_acceleration() {
         let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
         let position_m: Vec<f64> = t_s.iter().map(|t| 0.5 * t * t).collect();
-        let filters = Filters::of_rows(0.01);
-        let motion = Motion::of(&on_grid(&t_s, &position_m), &filters);
+        let filters = Filters::new(0.01, 1.0);
+        let motion = Motion::of(&filters.on_grid(&t_s, &position_m), &filters);
         let at: Vec<usize> = (500..1500).collect();
         let seen = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
         let worst = seen.iter().map(|a| (a - 1.0).abs()).fold(0.0, f64::max);
@@ -137,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_shift_smooths_nothing() {
-        let filters = Filters::of_rows(1e-3);
+        let filters = Filters::new(1e-3, 1.0);
         let wave: Vec<f64> = (0..400).map(|i| (0.3 * f64::from(i)).sin()).collect();
         let size = |shift_s: f64| {
             let at: Vec<usize> = (100..300).collect();

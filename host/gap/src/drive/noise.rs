@@ -70,7 +70,86 @@ const SLOW: f64 = 1.25;
 
 /// Standard deviation of the acceleration as it is compared \[m/s²\], of that of a row's position.
 pub fn acceleration_m_per_s2(t_s: &[f64], position_m: f64, filters: &Filters) -> f64 {
-    SLOW * position_m * gain_per_s2(filters) * narrowed(t_s)
+    SLOW * position_m * gain_per_s2(filters) * narrowed(t_s, filters)
+}
+
+/// Widths of the filters that are tried, in those of the narrowest: 30 Hz down to 5 Hz.
+const WIDTHS: [f64; 8] = [1.0, 1.3, 1.7, 2.2, 2.8, 3.6, 4.6, 6.0];
+/// Share of the command, as it passes the filters, that what the encoder leaves open may be. It is half of
+/// what a floor hides friction from (`HIDING` of the plant).
+const SMALL_SHARE: f64 = 0.01;
+
+/// The narrowest filters through which the noise of the position is small beside the command; where there are
+/// none, those through which it is smallest. A motion that is as fast as the noise passes none of them, so that
+/// filters are never wider than the motion allows.
+///
+/// `rows`: of every trial its times, its command, and its inertia times the noise of a row of its position;
+/// `step_s`: between rows.
+pub fn filters(rows: &[(&[f64], &[f64], f64)], step_s: f64) -> Filters {
+    let share = |filters: &Filters| {
+        let (mut noise, mut command, mut points) = (0.0, 0.0, 0.0);
+        for (t_s, commanded, inertial) in rows {
+            let passed = filters.measured(&filters.on_grid(t_s, commanded));
+            let mean = passed.iter().sum::<f64>() / passed.len().max(1) as f64;
+            let open = acceleration_m_per_s2(t_s, *inertial, filters);
+            noise += open * open * passed.len() as f64;
+            command += passed.iter().map(|f| (f - mean).powi(2)).sum::<f64>();
+            points += passed.len() as f64;
+        }
+        if points > 0.0 && command > 0.0 { (noise / command).sqrt() } else { 0.0 }
+    };
+    let mut best = Filters::new(step_s, WIDTHS[0]);
+    let mut least = share(&best);
+    for wider in &WIDTHS[1..] {
+        if least <= SMALL_SHARE {
+            break;
+        }
+        let filters = Filters::new(step_s, *wider);
+        let own = share(&filters);
+        if own < least {
+            (best, least) = (filters, own);
+        }
+    }
+    best
+}
+
+/// The step of an encoder whose every row is a whole number of steps; `None` where rows lie between.
+pub fn step_of(position: &[f64]) -> Option<f64> {
+    let moved = || position.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let largest = position.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    // Less than this is how a number is written.
+    let least = 1e-12 * largest;
+    let step = moved().filter(|d| *d > least).fold(f64::INFINITY, f64::min);
+    let first = position.first()?;
+    let is_whole = |x: &f64| {
+        let steps = (x - first) / step;
+        (steps - steps.round()).abs() < OFF_STEP
+    };
+    let whole = position.iter().filter(|x| is_whole(x)).count();
+    (step.is_finite() && whole as f64 > 0.99 * position.len() as f64).then_some(step)
+}
+
+/// Share of a step by which a row that is written with few digits may lie off it.
+const OFF_STEP: f64 = 0.1;
+/// Times the noise of steps that rows may have, and still are those of steps alone.
+const OF_STEPS: f64 = 1.5;
+
+/// What the steps of an encoder leave open in the acceleration along this motion, root mean square: the motion as
+/// it was smoothed is read in steps again. Steps that a slow motion takes one by one are no white noise. `None`
+/// where rows are not in steps, or have noise beyond them.
+pub fn of_steps(position: &[f64], noise: f64, motion: &Motion, filters: &Filters) -> Option<f64> {
+    let step = step_of(position).filter(|step| noise < OF_STEPS * step / 12.0_f64.sqrt())?;
+    // Smoothed over, the motion has no steps of its own that would agree with those that are put in.
+    let smooth = filters.measured(&motion.position_m);
+    let read: Vec<f64> = smooth.iter().map(|x| (x / step).round() * step).collect();
+    let [read, smooth] = [read, smooth].map(|x| Motion::of(&x, filters).acceleration_m_per_s2);
+    let differences: Vec<f64> = read.iter().zip(&smooth).map(|(a, b)| a - b).collect();
+    let at: Vec<usize> =
+        (filters.reach()..differences.len().saturating_sub(filters.reach())).collect();
+    let passed = filters.predicted(&differences, &at, 0.0);
+    let moving = passed.iter().filter(|d| d.abs() > 0.0);
+    let (sum, count) = moving.fold((0.0, 0_usize), |(sum, n), d| (sum + d * d, n + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
 /// Standard deviation of the command's noise as it is compared \[N\], of that of a row.
@@ -79,12 +158,12 @@ pub fn command_n(t_s: &[f64], row_n: f64, filters: &Filters) -> f64 {
     let middle = impulse.len() / 2;
     impulse[middle] = 1.0;
     let gain = filters.measured(&impulse).iter().map(|x| x * x).sum::<f64>().sqrt();
-    row_n * gain * narrowed(t_s)
+    row_n * gain * narrowed(t_s, filters)
 }
 
 /// Rows farther apart than the grid have their noise in a narrower band.
-fn narrowed(t_s: &[f64]) -> f64 {
-    (usual_step_s(t_s) / GRID_S).max(1.0).sqrt()
+fn narrowed(t_s: &[f64], filters: &Filters) -> f64 {
+    (usual_step_s(t_s) / filters.grid_s).max(1.0).sqrt()
 }
 
 /// Standard deviation of the filtered second derivative of white noise of 1 on the grid \[1/s²\].
@@ -113,7 +192,7 @@ mod tests {
         assert!((found - 1.0).abs() < 0.2 && noise.is_white, "{found}");
         assert!(Noise::of(&t_s, &smooth).most < 1e-3 * noise.most);
         // As it is played through the pipeline.
-        let filters = Filters::of_rows(1e-3);
+        let filters = Filters::new(1e-3, 1.0);
         let read = |x: &[f64]| {
             let at: Vec<usize> = (100..x.len() - 100).collect();
             filters.predicted(&Motion::of(x, &filters).acceleration_m_per_s2, &at, 0.0)

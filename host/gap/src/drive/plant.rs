@@ -1,13 +1,16 @@
 //! A drive on its own as a [`Plant`]: prepared trials, and their predictions by inverse dynamics.
 
-use cathforce_bundle::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
+use cathforce_bundle::bundle::{
+    Axis as Kind, Bundle, CommandKind, DriveRig, Plant as RigPlant, Rig, RigPriors, TrialData,
+    columns,
+};
 
 use super::effects::{
-    Axis, FORCE_BIAS, Scale, TIME_SHIFT, command, inertia_ratio, latency_s, library, swing,
+    Axis, FORCE_BIAS, Known, Scale, TIME_SHIFT, command, inertia_ratio, latency_s, library, swing,
 };
 use super::inertia;
 use super::misread::Rows;
-use super::motion::{Filters, GRID_S, Motion, on_grid};
+use super::motion::{Filters, Motion, evenly};
 use super::noise::{self, Noise};
 use super::segments;
 use super::setpoint::Setpoint;
@@ -15,8 +18,9 @@ use crate::data::clock::{Clock, usual_step_s};
 use crate::data::duplicate_trials::without_copies;
 use crate::noise::floor;
 use crate::plant::{
-    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
+    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial, Units,
 };
+use crate::rounding::significant;
 
 /// Grid points between two samples, about; of rows that are far apart, half as many as between them.
 const STRIDE: usize = 5;
@@ -42,6 +46,8 @@ const HIDING: f64 = 0.02;
 /// of a drive is far below what any model leaves: with 3, coarse encoders were a latency; with 30,
 /// friction that falls as motion sets in was 6 % too slow.
 const FAR_OFF: f64 = 10.0;
+/// Band of the narrowest filters \[Hz\].
+const WIDEST_HZ: f64 = 29.6;
 /// Blocks of a trial without a period.
 const BLOCKS: usize = 4;
 
@@ -49,6 +55,7 @@ const PHASES: [&str; 5] = ["standing", "reversal", "speeding up", "slowing down"
 
 /// Drive bundles as a [`Plant`].
 pub struct Drive {
+    pub(super) rig: DriveRig,
     pub(super) axis: Axis,
     pub(super) channels: Vec<Channel>,
     pub(super) regimes: Vec<String>,
@@ -60,6 +67,7 @@ pub struct Drive {
     pub(super) nuisances: Vec<Nuisance>,
     pub(super) repeats: Vec<Repeat>,
     pub(super) remarks: Vec<String>,
+    compared: String,
     pub(super) filters: Filters,
     /// Grid points between two samples, about.
     pub(super) stride: usize,
@@ -79,12 +87,13 @@ pub struct Drive {
 /// What a trial's predictions need.
 pub(super) struct Prepared {
     pub(super) motion: Motion,
+    pub(super) known: Known,
     /// Grid points of the samples.
     pub(super) at: Vec<usize>,
 }
 
 /// Why a bundle is no drive that could be diagnosed.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DriveError {
     #[error("this is no drive: rig.toml has no plant = \"drive\"")]
     NotADrive,
@@ -96,20 +105,22 @@ pub enum DriveError {
     )]
     TooShort { trial: u32, rows: usize },
     #[error(
-        "trial {trial:03} has a row every {step_s:.4} s, which is too seldom for the force of a \
-         motion\n  fix: t_s is in seconds; record at 50 Hz or more, better at 100 Hz"
+        "trial {trial:03} has a row every {step_s:.4} s, and moving the stated inertia takes {:.0} % of its \
+         command: so seldom a row tells no acceleration\n  fix: t_s is in seconds; record at 50 Hz or \
+         more, better at 100 Hz, or so slowly that inertia takes less than {:.0} %",
+        100.0 * .share, 100.0 * SLOW_SHARE_OF_INERTIA
     )]
-    TooSeldom { trial: u32, step_s: f64 },
+    TooSeldom { trial: u32, step_s: f64, share: f64 },
     #[error(
         "the drive never moves in any trial: no force of motion can be compared\n  fix: record \
-         position_m while it moves"
+         its position while it moves"
     )]
     Still,
     #[error(
-        "drive_command_N is 0 in every trial, and the drive moves: nothing drives it\n  fix: record \
-         the force that the drive was given, in newtons"
+        "{column} is 0 in every trial, and the drive moves: nothing drives it\n  fix: record what the \
+         drive was given, in the unit of the column"
     )]
-    NoCommand,
+    NoCommand { column: &'static str },
     #[error(
         "no trial holds anything that can be compared: the drive rests or trembles in its encoder's \
          noise all the time\n  fix: record it while it moves"
@@ -117,6 +128,8 @@ pub enum DriveError {
     NothingCompared,
 }
 
+/// Digits of an inertia.
+const DIGITS: u8 = 4;
 /// Rows farther apart than this say nothing about accelerations \[s\]; a clock may go 2 % slow.
 const LONGEST_STEP_S: f64 = 2.04e-2;
 /// Fewest rows of a trial.
@@ -126,43 +139,51 @@ impl Drive {
     /// Prepares a bundle: derivatives, samples, cycles, repeats.
     pub fn new(bundle: &Bundle) -> Result<Self, DriveError> {
         let RigPlant::Drive(rig) = &bundle.rig.plant else { return Err(DriveError::NotADrive) };
-        let (mut raw, mut longest_s) = (Vec::new(), 0.0_f64);
+        let (mut raw, mut longest_s) = (Vec::<Rows>::new(), 0.0_f64);
         let (trials, remarks) = without_copies(&bundle.trials);
         for trial in trials {
             let TrialData::Drive(data) = &trial.data else { return Err(DriveError::NotADrive) };
             if trial.len() < FEWEST_ROWS {
                 return Err(DriveError::TooShort { trial: trial.number, rows: trial.len() });
             }
-            let step_s = usual_step_s(&trial.t_s);
-            if step_s > LONGEST_STEP_S {
-                return Err(DriveError::TooSeldom { trial: trial.number, step_s });
-            }
-            longest_s = longest_s.max(step_s);
-            raw.push(Rows::of(trial.number, &trial.t_s, data));
+            longest_s = longest_s.max(usual_step_s(&trial.t_s));
+            raw.push(Rows::of(trial.number, &trial.t_s, data, rig));
         }
         if raw.is_empty() {
             return Err(DriveError::NoTrials);
         }
-        let filters = Filters::of_rows(longest_s);
-        let motion =
-            |rows: &Rows| Motion::of(&on_grid(&rows.clock.t_s, &rows.data.position_m), &filters);
+        for rows in &mut raw {
+            without_inertia(rows)?;
+        }
+        let filters = filters_of(&raw, &bundle.rig, longest_s);
+        let motion = |rows: &Rows| {
+            Motion::of(&filters.on_grid(&rows.clock.t_s, &rows.data.position), &filters)
+        };
         let motions: Vec<Motion> = raw.iter().map(motion).collect();
         let scale = scale(&raw, &motions);
         if scale.speed_m_per_s <= 0.0 {
             return Err(DriveError::Still);
         }
         if scale.force_n <= 0.0 {
-            return Err(DriveError::NoCommand);
+            let data = &raw[0].data;
+            return Err(DriveError::NoCommand {
+                column: columns::of_command(data.kind, data.axis),
+            });
         }
         let mut drive = Self {
-            axis: Axis { mass_kg: rig.moving_mass_kg, turnover_m_per_s: scale.turnover_m_per_s() },
-            channels: vec![Channel { name: "drive_command_N".into(), quantity: Quantity::Force }],
+            axis: Axis {
+                kind: rig.axis,
+                inertia: rig.inertia,
+                turnover_m_per_s: scale.turnover_m_per_s(),
+            },
+            rig: rig.clone(),
+            channels: vec![Channel { name: channel(&raw).into(), quantity: Quantity::Force }],
             regimes: Regime::names(),
             trials: Vec::new(),
             motions: Vec::new(),
             setpoints: Vec::new(),
-            effects: library(&scale),
-            nuisances: nuisances(&scale, &bundle.rig.priors),
+            effects: library(&scale, rig.axis),
+            nuisances: nuisances(&scale, &bundle.rig.priors, rig.axis),
             repeats: Vec::new(),
             remarks,
             segments: segments::motions(&scale, &filters),
@@ -171,8 +192,9 @@ impl Drive {
             // As of a catheter, no noise is none that was stated.
             stated_n: bundle.rig.sensor.drive_noise_sd_n.filter(|noise| *noise > 0.0),
             stated_m: bundle.rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0),
-            stride: stride(longest_s, &motions),
+            stride: stride(longest_s, filters.grid_s, &motions),
             estimated_n: Vec::new(),
+            compared: compared(&filters),
             filters,
             complaint: None,
         };
@@ -192,20 +214,23 @@ impl Drive {
     }
 
     fn add(&mut self, rows: Rows, motion: Motion, limits: &Limits) {
-        let Rows { number, ref clock, ref data, remarks } = rows;
+        let Rows { number, ref clock, ref data, driven, remarks } = rows;
         let t_s = &clock.t_s[..];
         self.remarks.extend(remarks);
         let row_n = self.stated_n.unwrap_or_else(|| {
-            let found_n = Noise::of(t_s, &data.drive_command_n).most;
+            let found_n = Noise::of(t_s, &driven.command).most;
             self.estimated_n.push(found_n);
             found_n
         });
         let noise_n = noise::command_n(t_s, row_n, &self.filters);
-        let row_m = Noise::of(t_s, &data.position_m).or_stated(self.stated_m);
-        let open_n = self.axis.mass_kg * noise::acceleration_m_per_s2(t_s, row_m, &self.filters);
-        let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
+        let row_m = Noise::of(t_s, &data.position).or_stated(self.stated_m);
+        let of_steps = noise::of_steps(&data.position, row_m, &motion, &self.filters);
+        let open =
+            of_steps.unwrap_or_else(|| noise::acceleration_m_per_s2(t_s, row_m, &self.filters));
+        let open_n = driven.inertia * open;
+        let measured = self.filters.measured(&self.filters.on_grid(t_s, &driven.command));
         let points = measured.len();
-        let setpoint = Setpoint::of(t_s, data);
+        let setpoint = Setpoint::of(t_s, data, &self.filters);
         let period = setpoint.as_ref().and_then(Setpoint::period);
         let stride = period.map_or(self.stride, |period| divisor(period, self.stride));
         let block_points = period.unwrap_or(points.div_ceil(BLOCKS)).max(1);
@@ -232,7 +257,7 @@ impl Drive {
             let (velocity, acceleration) =
                 (motion.velocity_m_per_s[i], motion.acceleration_m_per_s2[i]);
             Sample {
-                t_s: t_s[0] + i as f64 * GRID_S,
+                t_s: t_s[0] + i as f64 * self.filters.grid_s,
                 channel: 0,
                 value: measured[i],
                 noise: noise_n,
@@ -251,7 +276,12 @@ impl Drive {
         }
         let (start_s, start_m) = (t_s[0], motion.position_m[0]);
         self.trials.push(Trial { number, start_s, start_m, samples, blocks, forks: Vec::new() });
-        self.motions.push(Prepared { motion, at });
+        // Smoothed as the position is, from which a load may follow.
+        let load =
+            driven.load.map(|load| self.filters.as_position(&self.filters.on_grid(t_s, &load)));
+        let load = load.unwrap_or_default();
+        let known = Known { inertia: driven.inertia, load, induced: driven.induced };
+        self.motions.push(Prepared { motion, known, at });
         let own = self.trials.len() - 1;
         // After a jump of the clock, nobody knows what was repeated when.
         let setpoint = setpoint.filter(|_| jumps.is_empty());
@@ -269,13 +299,19 @@ impl Drive {
 
     /// Axes or units that are not the model's, by the inertia that the data show.
     fn complain(&self) -> Option<String> {
-        let off = Point::nominal(self);
-        let rows = self.trials.iter().enumerate().flat_map(|(t, trial)| {
-            let inertial = self.simulate(t, &off).unwrap_or_default();
-            let pairs = trial.samples.iter().zip(inertial);
-            pairs.map(|(s, f)| (s.value, f, s.speed_m_per_s)).collect::<Vec<_>>()
+        let rows = self.trials.iter().zip(&self.motions).flat_map(|(trial, prepared)| {
+            let Prepared { motion, known, at } = prepared;
+            let of = |series: &[f64]| self.filters.predicted(series, at, 0.0);
+            let inertial = of(&motion.acceleration_m_per_s2);
+            let load = if known.load.is_empty() { vec![0.0; at.len()] } else { of(&known.load) };
+            let samples = trial.samples.iter().zip(inertial).zip(load);
+            let row = |((s, a), load): ((&Sample, f64), f64)| {
+                let speed = s.speed_m_per_s;
+                (s.value - load - known.induced * speed, known.inertia * a, speed)
+            };
+            samples.map(row).collect::<Vec<_>>()
         });
-        inertia::complaint(rows, self.axis.mass_kg)
+        inertia::complaint(rows, self.axis.inertia, self.axis.kind)
     }
 
     /// Pairs samples of a trial with those `lag` grid points later of another, or of the same, in
@@ -310,7 +346,7 @@ impl Drive {
                 jump.step_s, jump.at_s
             )
         }));
-        let grid = |t: f64| ((t - clock.t_s[0]) / GRID_S) as usize;
+        let grid = |t: f64| ((t - clock.t_s[0]) / self.filters.grid_s) as usize;
         clock.spans_s().map(|span| span.map(grid)).collect()
     }
 }
@@ -341,8 +377,8 @@ impl Plant for Drive {
     }
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
-        let Prepared { motion, at } = &self.motions[trial];
-        let force_n = command(&self.axis, motion, point);
+        let Prepared { motion, known, at } = &self.motions[trial];
+        let force_n = command(&self.axis, known, motion, point);
         let [bias_n, shift_s] = [FORCE_BIAS, TIME_SHIFT].map(|k| point.nuisances[k]);
         let mut predicted = self.filters.predicted(&force_n, at, latency_s(point) + shift_s);
         predicted.iter_mut().for_each(|f| *f += bias_n);
@@ -376,7 +412,8 @@ impl Plant for Drive {
 
     fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
         let motion = &self.segments[segment];
-        let force_n = command(&self.axis, motion, point);
+        let known = Known::bare(self.axis.inertia);
+        let force_n = command(&self.axis, &known, motion, point);
         let reach = self.filters.reach();
         let at: Vec<usize> = (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
         let predicted = self.filters.predicted(&force_n, &at, latency_s(point));
@@ -384,13 +421,18 @@ impl Plant for Drive {
     }
 
     fn misstated(&self, effect: usize, values: &[f64]) -> Option<String> {
-        let stated_kg = self.axis.mass_kg;
+        let stated = self.axis.inertia;
+        let (what, unit) = match self.axis.kind {
+            Kind::Linear => ("mass", "kg"),
+            Kind::Rotary => ("inertia", "kg·m²"),
+        };
         let id = self.effects[effect].id;
         let as_mass = inertia_ratio(effect, values)?;
         Some(format!(
-            "{id} does to the inertia what a moving mass of {:.3} kg would do, where rig.toml states \
-             {stated_kg:.3} kg: weigh what moves before {id} is believed",
-            as_mass * stated_kg
+            "{id} does to the inertia what a moving {what} of {} {unit} would do, where rig.toml states \
+             {} {unit}: weigh what moves before {id} is believed",
+            significant(as_mass * stated, DIGITS),
+            significant(stated, DIGITS)
         ))
     }
 
@@ -407,37 +449,46 @@ impl Plant for Drive {
         let fix = match () {
             () if open > 0.5 * samples().count() as f64 * floor_n.powi(2) => {
                 "most of it is what the position leaves open in the acceleration: record it with a \
-                 finer encoder or more rows a second, or state position_noise_sd_m where it is less"
+                 finer encoder or more rows a second, or state the position's noise in [sensor] where it \
+                 is less"
             }
             () if self.repeats.is_empty() => {
                 "most of it is the command's noise: record more rows a second, or state \
-                 drive_noise_sd_N where it is less"
+                 that noise in [sensor] where it is less"
             }
             () => "runs of one set-point differ by as much: record again what disturbed them",
         };
         Some(format!(
-            "no gap shows, but the floor of {floor_n:.2} N RMS is {:.0} % of the measured force, \
+            "no gap shows, but the floor of {} {} RMS is {:.0} % of the measured force, \
              and friction of that size would be lost in it; {fix}",
+            significant(floor_n, DIGITS),
+            self.units().force(),
             100.0 * floor_n / measured_n
         ))
+    }
+
+    fn units(&self) -> Units {
+        match self.axis.kind {
+            Kind::Linear => Units::Linear,
+            Kind::Rotary => Units::Rotary,
+        }
     }
 
     fn remarks(&self) -> &[String] {
         &self.remarks
     }
 
-    fn compared(&self) -> &'static str {
-        "the measured command force with the one that moves the known mass along the measured \
-         position (inverse dynamics, both smoothed to 30 Hz, or to 0.22 of the rate of the rows)"
+    fn compared(&self) -> &str {
+        &self.compared
     }
 }
 
 /// Force bias and a shift in time.
-fn nuisances(scale: &Scale, stated: &RigPriors) -> Vec<Nuisance> {
+fn nuisances(scale: &Scale, stated: &RigPriors, kind: Kind) -> Vec<Nuisance> {
     vec![
         Nuisance {
             name: "force bias",
-            unit: "N",
+            unit: if kind == Kind::Linear { "N" } else { "N·m" },
             sd: stated.force_bias_sd_n.unwrap_or(2.5e-3 * scale.force_n),
             effect: Some("sensor.bias"),
         },
@@ -450,9 +501,57 @@ fn nuisances(scale: &Scale, stated: &RigPriors) -> Vec<Nuisance> {
     ]
 }
 
+/// Share of the command that inertia may take in rows that are too seldom for accelerations: little more than
+/// what a floor hides friction from.
+const SLOW_SHARE_OF_INERTIA: f64 = 0.03;
+
+/// Leaves the inertia out of a trial whose rows are too seldom for it, where it takes next to nothing.
+fn without_inertia(rows: &mut Rows) -> Result<(), DriveError> {
+    let step_s = usual_step_s(&rows.clock.t_s);
+    if step_s <= LONGEST_STEP_S {
+        return Ok(());
+    }
+    // A motion that is faster than the rows shows as larger accelerations than it has.
+    let position = evenly(&rows.clock.t_s, &rows.data.position, step_s);
+    let bends = position.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / step_s.powi(2));
+    let bends: Vec<f64> = bends.collect();
+    let rms = |values: &[f64]| {
+        (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    };
+    let inertial = rows.driven.inertia * rms(&bends);
+    let share = inertial / rms(&rows.driven.command).max(f64::MIN_POSITIVE);
+    if share > SLOW_SHARE_OF_INERTIA {
+        return Err(DriveError::TooSeldom { trial: rows.number, step_s, share });
+    }
+    rows.driven.inertia = 0.0;
+    rows.remarks.push(format!(
+        "trial {:03}: a row every {step_s:.3} s tells no acceleration, and inertia takes {:.1} % of the \
+         command: the trial is taken quasi-statically, without inertia",
+        rows.number,
+        100.0 * share
+    ));
+    Ok(())
+}
+
+/// The column that is compared, or what stands for it.
+fn channel(raw: &[Rows]) -> &'static str {
+    columns::of_command(CommandKind::Force, raw[0].data.axis)
+}
+
+/// The filters that the noise of the position asks for.
+fn filters_of(raw: &[Rows], rig: &Rig, step_s: f64) -> Filters {
+    let stated = rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0);
+    let rows = raw.iter().map(|rows| {
+        let t_s = &rows.clock.t_s[..];
+        let noise = Noise::of(t_s, &rows.data.position).or_stated(stated);
+        (t_s, &rows.driven.command[..], rows.driven.inertia * noise)
+    });
+    noise::filters(&rows.collect::<Vec<_>>(), step_s)
+}
+
 fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let commands = || raw.iter().flat_map(|rows| rows.data.drive_command_n.iter());
+    let commands = || raw.iter().flat_map(|rows| rows.driven.command.iter());
     let power: f64 = commands().map(|f| f * f).sum();
     let positions = || motions.iter().flat_map(|m| m.position_m.iter().copied());
     let low = positions().fold(f64::INFINITY, f64::min);
@@ -466,14 +565,27 @@ fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
     }
 }
 
+/// What is compared, and how far it was smoothed.
+fn compared(filters: &Filters) -> String {
+    let hz = filters.bandwidth_hz();
+    let why = match hz {
+        hz if hz > 0.9 * WIDEST_HZ => "the widest band that is used",
+        _ => "as the noise of the position and the rate of the rows ask for",
+    };
+    format!(
+        "the measured command force with the one that moves the known mass along the measured position (inverse \
+         dynamics, both smoothed to {hz:.0} Hz, {why})"
+    )
+}
+
 fn duration_s(t_s: &[f64]) -> f64 {
     t_s.last().zip(t_s.first()).map_or(0.0, |(last, first)| last - first)
 }
 
 /// Grid points between two samples, about, of rows so far apart.
-fn stride(step_s: f64, motions: &[Motion]) -> usize {
+fn stride(step_s: f64, grid_s: f64, motions: &[Motion]) -> usize {
     let points: usize = motions.iter().map(|motion| motion.position_m.len()).sum();
-    let half_step = (0.5 * step_s / GRID_S) as usize;
+    let half_step = (0.5 * step_s / grid_s) as usize;
     STRIDE.max(half_step).max(points.div_ceil(STRIDE * MOST_SAMPLES) * STRIDE)
 }
 

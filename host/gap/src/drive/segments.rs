@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::effects::Scale;
-use super::motion::{Filters, GRID_S, Motion};
+use super::motion::{Filters, Motion};
 use crate::plant::Segment;
 
 /// Noise of a sample of a motion that has not been recorded, as a share of the command's RMS.
@@ -39,11 +39,11 @@ pub fn motions(scale: &Scale, filters: &Filters) -> Vec<Motion> {
             v / (2.0 * PI * 5.0) * (2.0 * PI * rate * t).sin()
         }),
     ];
-    let points = (SEGMENT_S / GRID_S) as usize;
+    let points = (SEGMENT_S / filters.grid_s) as usize;
     let play = |shape: &dyn Fn(f64) -> f64| {
-        let raw: Vec<f64> = (0..points).map(|i| shape(i as f64 * GRID_S)).collect();
+        let raw: Vec<f64> = (0..points).map(|i| shape(i as f64 * filters.grid_s)).collect();
         // No axis changes its speed at once.
-        let smooth = crate::signal::Gaussian::new(TURN_S / GRID_S).smooth(&raw);
+        let smooth = crate::signal::Gaussian::new(TURN_S / filters.grid_s).smooth(&raw);
         Motion::of(&smooth, filters)
     };
     shapes.iter().map(|shape| play(shape.as_ref())).collect()

@@ -2,7 +2,7 @@
 
 use cathforce_bundle::bundle::DriveTrial;
 
-use super::motion::{GRID_S, on_grid};
+use super::motion::Filters;
 
 /// Two runs of a set-point that differ by less than this share of its range are one motion.
 const SAME_SETPOINT: f64 = 1e-4;
@@ -14,15 +14,20 @@ pub struct Setpoint {
     position_m: Vec<f64>,
     /// Two positions that differ by less are one \[m\].
     tolerance_m: f64,
+    grid_s: f64,
 }
 
 impl Setpoint {
-    pub fn of(t_s: &[f64], data: &DriveTrial) -> Option<Self> {
-        let setpoint: Option<Vec<f64>> = data.setpoint_m.as_ref()?.iter().copied().collect();
-        let position_m = on_grid(t_s, &setpoint?);
+    pub fn of(t_s: &[f64], data: &DriveTrial, filters: &Filters) -> Option<Self> {
+        let setpoint: Option<Vec<f64>> = data.setpoint.as_ref()?.iter().copied().collect();
+        let position_m = filters.on_grid(t_s, &setpoint?);
         let low = position_m.iter().copied().fold(f64::INFINITY, f64::min);
         let range_m = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
-        (range_m > 0.0).then_some(Self { position_m, tolerance_m: SAME_SETPOINT * range_m })
+        (range_m > 0.0).then_some(Self {
+            position_m,
+            tolerance_m: SAME_SETPOINT * range_m,
+            grid_s: filters.grid_s,
+        })
     }
 
     /// Whether two set-points agree, the one `lag` points later, as far as both go.
@@ -33,7 +38,7 @@ impl Setpoint {
 
     /// Grid points after which it repeats itself; `None` when it does not at least once.
     pub fn period(&self) -> Option<usize> {
-        let shortest = (SHORTEST_PERIOD_S / GRID_S) as usize;
+        let shortest = (SHORTEST_PERIOD_S / self.grid_s) as usize;
         (shortest..=self.position_m.len() / 2).find(|&lag| self.agrees(self, lag))
     }
 

@@ -3,10 +3,9 @@
 //! A measured axis has friction of its own. θ₀ are the effects that are named in the unchanged data, and
 //! the diagnosis looks for the added effect beside them.
 
-use cathforce_bundle::bundle::{Bundle, TrialData};
+use cathforce_bundle::bundle::{Bundle, DriveTrial, TrialData};
 
 use super::effects::{command, latency_s};
-use super::motion::GRID_S;
 use super::plant::{Drive, DriveError};
 use crate::diagnosis::diagnose;
 use crate::diagnosis::report::Diagnosis;
@@ -14,6 +13,12 @@ use crate::planning::spike::{Changes, Spike, SpikeError, Spiked, Sum, point};
 use crate::plant::Altered;
 use crate::plant::{Effect, Plant, Point};
 use crate::signal::interpolate;
+
+/// A row of a command of 1 in its column's unit.
+fn one_unit(data: &DriveTrial) -> DriveTrial {
+    let of = |value| vec![value];
+    DriveTrial { position: of(0.0), command: of(1.0), setpoint: None, load: None, ..data.clone() }
+}
 
 /// A bundle into which effects can be put.
 pub struct Spiking<'a> {
@@ -55,13 +60,16 @@ impl<'a> Spiking<'a> {
             let TrialData::Drive(data) = &mut trial.data else { continue };
             let start_s = trial.t_s[0];
             let [old, new] = [&before, &after].map(|point| {
-                let force_n = command(&self.drive.axis, &prepared.motion, point);
+                let force_n = command(&self.drive.axis, &prepared.known, &prepared.motion, point);
+                let grid_s = self.drive.filters.grid_s;
                 let later_s = latency_s(point) - start_s;
-                move |t_s: f64| interpolate(&force_n, (t_s + later_s) / GRID_S)
+                move |t_s: f64| interpolate(&force_n, (t_s + later_s) / grid_s)
             });
-            for (value, &t_s) in data.drive_command_n.iter_mut().zip(&trial.t_s) {
+            // In the unit of the column.
+            let scale = self.drive.rig.driven(trial.number, &one_unit(data)).command[0];
+            for (value, &t_s) in data.command.iter_mut().zip(&trial.t_s) {
                 let change = new(t_s) - old(t_s);
-                *value += change;
+                *value += change / scale;
                 sum.add(&[change]);
             }
         }

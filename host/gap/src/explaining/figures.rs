@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::explaining::snaps::{self, SnapFigures};
 use crate::fitting::problem::Problem;
-use crate::plant::Quantity;
+use crate::plant::{Quantity, Units};
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::{Score, root_mean_square};
 use crate::searching::selector::Selector;
@@ -36,6 +36,9 @@ pub struct Figures {
 /// All errors on held-out data; `None` where not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct Gap {
+    /// Of the forces below, which are torques on a rotary axis.
+    #[serde(skip_serializing_if = "Units::is_linear")]
+    pub units: Units,
     #[serde(rename = "force_rms_N")]
     pub force_rms_n: Option<Figures>,
     pub tip_rms_m: Option<Figures>,
@@ -56,9 +59,9 @@ impl Gap {
     /// What was measured: name, figures and unit of each.
     pub fn rows(&self) -> Vec<(&'static str, Figures, &'static str)> {
         let all = [
-            ("force RMS", self.force_rms_n, "N"),
-            ("force, mean absolute error", self.force_mae_n, "N"),
-            ("largest force of a trial", self.force_peak_n, "N"),
+            ("force RMS", self.force_rms_n, self.units.force()),
+            ("force, mean absolute error", self.force_mae_n, self.units.force()),
+            ("largest force of a trial", self.force_peak_n, self.units.force()),
             ("tip RMS", self.tip_rms_m, "m"),
             ("path of the tip, discrete Fréchet distance", self.tip_frechet_m, "m"),
             ("shape RMS", self.shape_rms_m, "m"),
@@ -79,6 +82,7 @@ pub fn gap(selector: &Selector<'_>, nominal: &Candidate, best: &Candidate) -> Ga
     let force = Compared::of(problem, before, after, Quantity::Force);
     let tip = Compared::of(problem, before, after, Quantity::Tip);
     Gap {
+        units: problem.plant.units(),
         force_rms_n: rms(Quantity::Force),
         tip_rms_m: rms(Quantity::Tip),
         shape_rms_m: rms(Quantity::Shape),

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::explaining::descriptors::{Descriptors, Residual};
 use crate::fitting::problem::Problem;
-use crate::plant::{Plant, Sample};
+use crate::plant::{Plant, Sample, Units};
 use crate::scoring::score::Score;
 
 /// Equal parts of the arc length, or of a drive's travel.
@@ -36,13 +36,14 @@ pub struct Cell {
     pub note: String,
     /// The same in numbers.
     pub descriptors: Descriptors,
+    #[serde(skip)]
+    pub units: Units,
 }
 
 impl Cell {
     /// From where to where; a drive's positions may be negative, and a little less than 0 is no -0.
     pub fn stretch(&self) -> String {
-        let [from, to] = self.arc_m.map(|at_m| (1e3 * at_m).round() + 0.0);
-        format!("{from:.0} to {to:.0} mm")
+        self.units.stretch(self.arc_m)
     }
 }
 
@@ -93,8 +94,9 @@ pub fn locate(problem: &Problem<'_>, score: &Score) -> Vec<Cell> {
                 gap_share: share,
                 gap_share_low: low.min(share),
                 gap_share_high: high.max(share),
-                note: descriptors.words(channel.quantity.unit()),
+                note: descriptors.words(plant.units().of(channel.quantity)),
                 descriptors,
+                units: plant.units(),
             }
         })
         .filter(|cell| cell.gap_share >= SMALLEST_SHARE)

@@ -5,7 +5,7 @@
 
 use crate::explaining::locate::arc_range;
 use crate::fitting::problem::Problem;
-use crate::plant::Quantity;
+use crate::plant::{Quantity, Units};
 use crate::scoring::score::{Score, root_mean_square};
 
 /// Columns and rows at most; where there are fewer times or points, no more than these.
@@ -18,6 +18,7 @@ const TRIALS: usize = 6;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     pub quantity: Quantity,
+    pub units: Units,
     pub trial: u32,
     /// Of the first and the last column's outer edge.
     pub t_s: [f64; 2],
@@ -92,6 +93,7 @@ fn map(
     };
     Some(Map {
         quantity,
+        units: plant.units(),
         trial: plant.trials()[trial].number,
         t_s,
         arc_m,

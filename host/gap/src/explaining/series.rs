@@ -4,7 +4,7 @@ use serde::{Serialize, Serializer};
 
 use crate::fitting::loss::Loss;
 use crate::fitting::problem::Problem;
-use crate::plant::Quantity;
+use crate::plant::{Quantity, Units};
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::Score;
 use crate::searching::selection::Selection;
@@ -22,7 +22,8 @@ pub struct HeldOut {
 pub struct Series {
     pub channel: String,
     pub trial: u32,
-    pub unit: &'static str,
+    #[serde(rename = "unit", serialize_with = "unit_of_force")]
+    pub units: Units,
     #[serde(serialize_with = "thinned")]
     pub t_s: Vec<f64>,
     #[serde(serialize_with = "thinned")]
@@ -31,6 +32,10 @@ pub struct Series {
     pub nominal: Vec<f64>,
     #[serde(rename = "corrected", serialize_with = "thinned")]
     pub best: Vec<f64>,
+}
+
+fn unit_of_force<S: Serializer>(units: &Units, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(units.force())
 }
 
 /// Values of a curve in a file at most: a plot shows no more.
@@ -85,7 +90,7 @@ fn of_trial(problem: &Problem<'_>, nominal: &Candidate, best: &Candidate, t: usi
         channel.quantity.is_force().then(|| Series {
             channel: channel.name.clone(),
             trial: trial.number,
-            unit: channel.quantity.unit(),
+            units: plant.units(),
             t_s: trial.samples[range.clone()].iter().map(|s| s.t_s).collect(),
             measured: trial.samples[range.clone()].iter().map(|s| s.value).collect(),
             nominal: predicted(nominal),
@@ -105,7 +110,7 @@ mod tests {
         let of = |values: &[f64]| Series {
             channel: "fx_N".into(),
             trial: 1,
-            unit: "N",
+            units: Units::Linear,
             t_s: values.to_vec(),
             measured: values.to_vec(),
             nominal: values.to_vec(),
@@ -113,7 +118,7 @@ mod tests {
         };
         let json = serde_json::to_value(of(&values)).unwrap();
         let curve = json["corrected"].as_array().unwrap();
-        assert_eq!(curve.len(), 400);
+        assert_eq!((curve.len(), &json["unit"]), (400, &"N".into()));
         assert!((curve[1].as_f64().unwrap() - 0.3).abs() < 1e-6);
         let short = serde_json::to_value(of(&values[..3])).unwrap();
         assert_eq!(short["t_s"].as_array().unwrap().len(), 3);

@@ -223,7 +223,11 @@ impl Plant for Altered<'_> {
         &self.remarks
     }
 
-    fn compared(&self) -> &'static str {
+    fn units(&self) -> crate::plant::Units {
+        self.inner.units()
+    }
+
+    fn compared(&self) -> &str {
         self.inner.compared()
     }
 }

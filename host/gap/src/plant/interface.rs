@@ -36,6 +36,51 @@ impl Quantity {
     }
 }
 
+/// Units of forces and lengths. What is called a force is a torque on a rotary axis, and what is called a length
+/// an angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub enum Units {
+    /// N and m.
+    #[default]
+    #[serde(rename = "N, m")]
+    Linear,
+    /// N·m and rad.
+    #[serde(rename = "N·m, rad")]
+    Rotary,
+}
+
+impl Units {
+    pub fn force(self) -> &'static str {
+        match self {
+            Self::Linear => "N",
+            Self::Rotary => "N·m",
+        }
+    }
+
+    /// Of a quantity, which on a rotary axis is the torque.
+    pub fn of(self, quantity: Quantity) -> &'static str {
+        if quantity.is_force() { self.force() } else { quantity.unit() }
+    }
+
+    pub fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+
+    /// A stretch along the way, without minus before a zero.
+    pub fn stretch(self, [from, to]: [f64; 2]) -> String {
+        match self {
+            Self::Linear => {
+                let [from, to] = [from, to].map(|at| (1e3 * at).round() + 0.0);
+                format!("{from:.0} to {to:.0} mm")
+            }
+            Self::Rotary => {
+                let [from, to] = [from, to].map(|at| (1e2 * at).round() / 1e2 + 0.0);
+                format!("{from:.2} to {to:.2} rad")
+            }
+        }
+    }
+}
+
 /// One measured column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -418,11 +463,16 @@ pub trait Plant: Sync {
         None
     }
 
+    /// Units of its forces and its lengths.
+    fn units(&self) -> Units {
+        Units::Linear
+    }
+
     /// Conclusions that these trials do not allow, or only with a reserve, and why.
     fn remarks(&self) -> &[String];
 
     /// What is compared with what, in one sentence.
-    fn compared(&self) -> &'static str;
+    fn compared(&self) -> &str;
 }
 
 /// Whether the catalogue lists one of two effects as easily confused with the other.

@@ -7,6 +7,6 @@ mod silhouette;
 pub use altered::Altered;
 pub use interface::{
     Along, Anchor, At, BROKEN_DOWN, Channel, Effect, Impostor, Nuisance, Parameter, Plant, Point,
-    Quantity, Repeat, STANDING_M_PER_S, Sample, Segment, Swing, Trial, are_confused,
+    Quantity, Repeat, STANDING_M_PER_S, Sample, Segment, Swing, Trial, Units, are_confused,
 };
 pub use silhouette::Silhouette;

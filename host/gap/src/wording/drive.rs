@@ -8,25 +8,35 @@ pub(super) const WORDS: &[Words] = &[
         name: "dry friction",
         clauses: &[
             size("force_n", "dry friction is {}", OWN),
+            size("torque_nm", "dry friction is {}", OWN),
             size("presliding_m", "it sets in over {}", OWN),
+            size("presliding_rad", "it sets in over {}", OWN),
         ],
     },
     Words {
         id: "drive.viscous",
         name: "viscous friction",
-        clauses: &[size("n_s_per_m", "friction grows with the speed by {}", OWN)],
+        clauses: &[
+            size("n_s_per_m", "friction grows with the speed by {}", OWN),
+            size("nm_s_per_rad", "friction grows with the speed by {}", OWN),
+        ],
     },
     Words {
         id: "drive.offset",
         name: "a constant force",
-        clauses: &[size("force_n", "a constant force of {} acts on the axis", OWN)],
+        clauses: &[
+            size("force_n", "a constant force of {} acts on the axis", OWN),
+            size("torque_nm", "a constant torque of {} acts on the axis", OWN),
+        ],
     },
     Words {
         id: "drive.stribeck",
         name: "friction that falls with the speed",
         clauses: &[
             size("force_n", "friction is larger by {} as motion sets in", OWN),
+            size("torque_nm", "friction is larger by {} as motion sets in", OWN),
             shape("speed_m_per_s", "most of that is gone at {}", OWN),
+            shape("speed_rad_per_s", "most of that is gone at {}", OWN),
         ],
     },
     Words {
@@ -37,15 +47,21 @@ pub(super) const WORDS: &[Words] = &[
     Words {
         id: "drive.backlash",
         name: "backlash",
-        clauses: &[size("position_m", "the axis has a backlash of {}", OWN)],
+        clauses: &[
+            size("position_m", "the axis has a backlash of {}", OWN),
+            size("position_rad", "the axis has a backlash of {}", OWN),
+        ],
     },
     Words {
         id: "drive.ripple",
         name: "a force that repeats with the position",
         clauses: &[
             size("cosine_n", "the force goes up and down with the position by {}", OWN),
+            size("cosine_nm", "the torque goes up and down with the position by {}", OWN),
             size("sine_n", "a quarter of a period later by {}", OWN),
+            size("sine_nm", "a quarter of a period later by {}", OWN),
             shape("wavelength_m", "its period is {}", OWN),
+            shape("wavelength_rad", "its period is {}", OWN),
         ],
     },
     Words {
@@ -61,12 +77,18 @@ pub(super) const WORDS: &[Words] = &[
     Words {
         id: "sensor.bias",
         name: "an offset of the command's measurement",
-        clauses: &[size("force_n", "the command's measurement is off by {}", OWN)],
+        clauses: &[
+            size("force_n", "the command's measurement is off by {}", OWN),
+            size("torque_nm", "the command's measurement is off by {}", OWN),
+        ],
     },
     Words {
         id: "sensor.drift",
         name: "drift of the command's measurement",
-        clauses: &[size("force_n_per_s", "the command's measurement drifts by {}", OWN)],
+        clauses: &[
+            size("force_n_per_s", "the command's measurement drifts by {}", OWN),
+            size("torque_nm_per_s", "the command's measurement drifts by {}", OWN),
+        ],
     },
     Words {
         id: "sensor.gain",

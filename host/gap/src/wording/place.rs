@@ -12,7 +12,7 @@ pub fn channel(name: &str) -> String {
     if name == "drive_fx_N" {
         return "the force at the drive".to_owned();
     }
-    if name == "drive_command_N" {
+    if name.starts_with("drive_command_") {
         return "the drive's command".to_owned();
     }
     if let Some(axis) = axis("f", "_N") {
@@ -32,6 +32,7 @@ pub fn channel(name: &str) -> String {
 
 /// When and where a cell is, as "while sliding, forward at 18 to 40 mm/s, 40 to 52 mm inside".
 pub fn place(cell: &Cell) -> String {
+    let while_it_is = format!("while {}", cell.phase);
     let (phase, is_told) = match cell.phase.as_str() {
         "entry" => ("while the tip leaves the guide", ""),
         "free" => ("before the first contact", ""),
@@ -41,14 +42,18 @@ pub fn place(cell: &Cell) -> String {
         "reversal" => ("around reversals", ""),
         "rotation" => ("while turning", ", rotating"),
         "withdrawal" => ("on the way out", "backward, "),
-        other => (other, ""),
+        _ => (while_it_is.as_str(), ""),
     };
     let regime = match is_told {
         "" => cell.regime.clone(),
         told => cell.regime.replace(told, ""),
     };
     let regime = regime.replace("forward, ", "forward at ").replace("backward, ", "backward at ");
-    let parts = [phase.to_owned(), regime, format!("{} inside", cell.stretch())];
+    let stretch = match cell.channel.starts_with("drive_command_") {
+        true => format!("at {}", cell.stretch()),
+        false => format!("{} inside", cell.stretch()),
+    };
+    let parts = [phase.to_owned(), regime, stretch];
     parts.into_iter().filter(|own| !own.is_empty()).collect::<Vec<_>>().join(", ")
 }
 

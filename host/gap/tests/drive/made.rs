@@ -104,6 +104,6 @@ pub fn columns(trial: &mut cathforce_bundle::Trial) -> &mut DriveTrial {
 /// Reads positions in steps.
 pub fn read_in_steps(bundle: &mut Bundle, step_m: f64) {
     for trial in &mut bundle.trials {
-        columns(trial).position_m.iter_mut().for_each(|x| *x = (*x / step_m).round() * step_m);
+        columns(trial).position.iter_mut().for_each(|x| *x = (*x / step_m).round() * step_m);
     }
 }

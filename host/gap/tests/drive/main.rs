@@ -1,5 +1,7 @@
 //! Drives whose effects are known.
 
+mod kinds;
+mod labs;
 mod made;
 mod measured;
 mod recorded;

@@ -17,10 +17,10 @@ fn thin(bundle: &mut Bundle, every: usize) {
         let kept = |column: &[f64]| column.iter().step_by(every).copied().collect();
         trial.t_s = kept(&trial.t_s);
         let data = columns(trial);
-        data.position_m = kept(&data.position_m);
-        data.drive_command_n = kept(&data.drive_command_n);
-        data.setpoint_m =
-            data.setpoint_m.as_ref().map(|own| own.iter().step_by(every).copied().collect());
+        data.position = kept(&data.position);
+        data.command = kept(&data.command);
+        data.setpoint =
+            data.setpoint.as_ref().map(|own| own.iter().step_by(every).copied().collect());
     }
 }
 
@@ -142,9 +142,9 @@ fn an_effect_put_into_real_data_is_found() {
         let data = columns(trial);
         let reach = 10;
         for i in reach..t_s.len() - reach {
-            let speed = (data.position_m[i + reach] - data.position_m[i - reach])
+            let speed = (data.position[i + reach] - data.position[i - reach])
                 / (t_s[i + reach] - t_s[i - reach]);
-            data.drive_command_n[i] += ADDED_N_S_PER_M * speed;
+            data.command[i] += ADDED_N_S_PER_M * speed;
         }
     }
     let drive = Drive::new(&bundle).unwrap();

@@ -130,7 +130,7 @@ fn a_command_that_is_nothing_is_refused() {
     let folder = bundle(&TWO, 0.0, 2.0, coulomb);
     rewritten(folder.path(), |_, fields| fields[3] = "0".to_owned());
     let refused = Drive::new(&Bundle::open(folder.path()).unwrap()).err();
-    assert_eq!(refused, Some(DriveError::NoCommand));
+    assert_eq!(refused, Some(DriveError::NoCommand { column: "drive_command_N" }));
 }
 
 #[test]
@@ -150,8 +150,8 @@ fn a_floor_that_hides_friction_is_no_verdict() {
     // Friction of 1 % of the force, and an encoder that leaves open three times as much.
     let folder = bundle(&TWO, 0.0, 2.0, |_, now| 0.2 * now.velocity_m_per_s.signum());
     let mut bundle = Bundle::open(folder.path()).unwrap();
-    read_in_steps(&mut bundle, 1e-5);
-    bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint_m = None);
+    read_in_steps(&mut bundle, 5e-4);
+    bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint = None);
     let answer = diagnose(&Drive::new(&bundle).unwrap(), "made", &cathforce_gap::unwatched);
     assert_eq!(answer.verdict, Verdict::Inconclusive, "{:?}", answer.gap);
     assert!(answer.effects.is_empty());
@@ -166,7 +166,7 @@ fn steps_of_an_encoder_are_neither_a_latency_nor_a_time_constant() {
         let folder = bundle(&TWO, 0.0, 2.0, coulomb);
         let mut bundle = Bundle::open(folder.path()).unwrap();
         read_in_steps(&mut bundle, step_m);
-        bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint_m = None);
+        bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint = None);
         let answer = diagnose(&Drive::new(&bundle).unwrap(), "made", &cathforce_gap::unwatched);
         assert_eq!(names(&answer), ["drive.coulomb"], "{step_m}: {}", answer.sentence());
     }
@@ -194,7 +194,7 @@ fn a_drive_that_only_trembles_is_refused() {
     for trial in &mut bundle.trials {
         let data = columns(trial);
         let shake = |(row, x): (usize, &mut f64)| *x = 0.1 + 1e-6 * noise(row as u64);
-        data.position_m.iter_mut().enumerate().for_each(shake);
+        data.position.iter_mut().enumerate().for_each(shake);
     }
     assert_eq!(Drive::new(&bundle).err(), Some(DriveError::NothingCompared));
 }
@@ -221,15 +221,15 @@ fn trials_of_one_speed_each_are_held_out_in_parts() {
                 Some(*x)
             };
             let data = columns(&mut trial);
-            data.position_m = speeds.iter().scan(0.1, position).collect();
+            data.position = speeds.iter().scan(0.1, position).collect();
             let friction = |v: &f64| 6.0 * (v / 5e-4).tanh() + 40.0 * v;
             let accelerations = speeds.windows(2).map(|pair| (pair[1] - pair[0]) / DT_S);
             let forces = speeds.iter().zip(accelerations.chain([0.0])).enumerate();
             let command = |(i, (v, a)): (usize, (&f64, f64))| {
                 MASS_KG * a + friction(v) + NOISE_N * noise(i as u64 + 100_000 * u64::from(number))
             };
-            data.drive_command_n = forces.map(command).collect();
-            data.setpoint_m = None;
+            data.command = forces.map(command).collect();
+            data.setpoint = None;
             trial
         })
         .collect();

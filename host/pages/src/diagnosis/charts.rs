@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use cathforce_gap::plant::Units;
 use cathforce_gap::report::{PathStep, Ranked, Series};
 use cathforce_gap::rounding::percent;
 use cathforce_gap::wording;
@@ -138,9 +139,9 @@ pub fn series(series: &Series) -> String {
          </text><text class=soft x=0 y={2:.0}>{3}</text><text class=soft x=50 y={4:.0}>{start:.1} s\
          </text><text class=soft x={WIDTH} y={4:.0} text-anchor=end>{end:.1} s</text>",
         y(0.0_f64.clamp(low, high)),
-        label(high),
+        label(high, series.units),
         HEIGHT - 28.0,
-        label(low),
+        label(low, series.units),
         HEIGHT - 8.0,
     );
     let every = series.t_s.len().div_ceil(POINTS).max(1);
@@ -158,7 +159,7 @@ pub fn series(series: &Series) -> String {
 }
 
 /// Half widths of one force over insertion; what is not stated is left out.
-pub fn band(band: &Band, column: usize, name: &str) -> String {
+pub fn band(band: &Band, column: usize, name: &str, units: Units) -> String {
     const HEIGHT: f64 = 130.0;
     let directions = [("after", &band.feed), ("before", &band.withdrawal)];
     let widths = || directions.iter().flat_map(|(_, rows)| rows.iter().filter_map(|r| r[column]));
@@ -171,7 +172,7 @@ pub fn band(band: &Band, column: usize, name: &str) -> String {
          </text><text class=soft x=50 y={2:.0}>{3:.0} mm</text><text class=soft x={WIDTH} y={2:.0} \
          text-anchor=end>{4:.0} mm</text>",
         y(0.0),
-        label(high),
+        label(high, units),
         HEIGHT - 8.0,
         1e3 * band.from_m,
         1e3 * (band.from_m + last as f64 * band.step_m),
@@ -195,8 +196,13 @@ pub fn band(band: &Band, column: usize, name: &str) -> String {
 }
 
 /// A force at an axis.
-fn label(value: f64) -> String {
-    if value.abs() < 1.0 { format!("{:.0} mN", 1e3 * value) } else { format!("{value:.0} N") }
+fn label(value: f64, units: Units) -> String {
+    let unit = units.force();
+    if value.abs() < 1.0 {
+        format!("{:.0} m{unit}", 1e3 * value)
+    } else {
+        format!("{value:.0} {unit}")
+    }
 }
 
 #[cfg(test)]
@@ -215,7 +221,7 @@ mod tests {
             withdrawal,
             coverage: Coverage::default(),
         };
-        let chart = band(&band_of(vec![row(None); 5]), 3, "force behind the guide");
+        let chart = band(&band_of(vec![row(None); 5]), 3, "force behind the guide", Units::Linear);
         // Two stretches of feed, the higher end at the top.
         assert_eq!(chart.matches("polyline class=after").count(), 2, "{chart}");
         assert!(chart.contains("points=\"50.0,55.0 225.0,10.0\""), "{chart}");
@@ -223,7 +229,7 @@ mod tests {
         for label in ["10 mm", "90 mm", "4 mN", "force behind the guide"] {
             assert!(chart.contains(label), "{label} in {chart}");
         }
-        let both = band(&band_of(vec![known; 5]), 0, "x");
+        let both = band(&band_of(vec![known; 5]), 0, "x", Units::Linear);
         assert_eq!(both.matches("polyline class=before").count(), 1, "{both}");
     }
 }

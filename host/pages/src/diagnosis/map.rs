@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use cathforce_gap::Map;
-use cathforce_gap::plant::Quantity;
+use cathforce_gap::plant::{Quantity, Units};
 use cathforce_gap::rounding::quantity;
 
 use super::charts::{LABELS, WIDTH, svg};
@@ -28,7 +28,7 @@ pub fn maps(maps: &[Map]) -> String {
 
 /// `full`: the error that has all of the colour.
 fn figure(map: &Map, full: f64) -> String {
-    let unit = map.quantity.unit();
+    let unit = map.units.of(map.quantity);
     let (what, place) = match map.quantity {
         Quantity::Force => ("Force", "the length inside (or position)"),
         Quantity::DriveForce => ("Drive force", "the length inside"),
@@ -56,7 +56,7 @@ fn cells(map: &Map, full: f64, unit: &str) -> String {
     for (j, row) in map.cells.iter().enumerate() {
         let columns = row.len().max(1) as f64;
         let (width, height) = ((WIDTH - LABELS) / columns, HEIGHT / rows);
-        let arc_mm = |k: usize| label(1e3 * between(map.arc_m, k as f64 / rows), 0);
+        let arc_m = |k: usize| between(map.arc_m, k as f64 / rows);
         for (i, cell) in row.iter().enumerate() {
             let Some(error) = cell else { continue };
             let time_s = between(map.t_s, (i as f64 + 0.5) / columns);
@@ -64,12 +64,11 @@ fn cells(map: &Map, full: f64, unit: &str) -> String {
             let _ = write!(
                 drawn,
                 "<rect class=heat x={:.1} y={:.1} width={width:.1} height={height:.1} \
-                 fill-opacity={:.2}><title>{time_s:.2} s, {} to {} mm: {}</title></rect>",
+                 fill-opacity={:.2}><title>{time_s:.2} s, {}: {}</title></rect>",
                 LABELS + i as f64 * width,
                 TOP + HEIGHT - (j + 1) as f64 * height,
                 (error / full.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
-                arc_mm(j),
-                arc_mm(j + 1),
+                map.units.stretch([arc_m(j), arc_m(j + 1)]),
                 quantity(*error, unit)
             );
         }
@@ -88,13 +87,16 @@ fn axes(map: &Map) -> String {
         let _ = write!(
             drawn,
             "<text class=soft x={:.0} y={:.0} text-anchor={anchor}>{} s</text>\
-             <text class=soft x={:.0} y={:.0} text-anchor=end>{} mm</text>",
+             <text class=soft x={:.0} y={:.0} text-anchor=end>{}</text>",
             LABELS + share * (WIDTH - LABELS),
             bottom + 16.0,
             label(between(map.t_s, share), 1),
             LABELS - 6.0,
             TOP + (1.0 - share) * (HEIGHT - 12.0) + 10.0,
-            label(1e3 * between(map.arc_m, share), 0)
+            match map.units {
+                Units::Linear => label(1e3 * between(map.arc_m, share), 0) + " mm",
+                Units::Rotary => label(between(map.arc_m, share), 2) + " rad",
+            }
         );
     }
     drawn
@@ -139,7 +141,7 @@ mod tests {
 
     fn of(trial: u32, quantity: Quantity, cells: Vec<Vec<Option<f64>>>) -> Map {
         let (t_s, arc_m) = ([1.0, 3.0], [0.0, 0.12]);
-        Map { quantity, trial, t_s, arc_m, rms: 0.004, floor: 0.001, cells }
+        Map { quantity, units: Units::Linear, trial, t_s, arc_m, rms: 0.004, floor: 0.001, cells }
     }
 
     #[test]

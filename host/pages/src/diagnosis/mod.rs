@@ -61,12 +61,13 @@ fn tiles(answer: &Diagnosis) -> String {
         format!("<div class=tile><b>{}</b><span>{}</span></div>", escape(&value), escape(label))
     };
     let mut tiles = String::new();
+    let unit = answer.gap.units.force();
     if let Some(Figures { before, after, floor }) = answer.gap.force_rms_n {
-        tiles += &tile(quantity(before, "N"), "force RMS before, held out");
+        tiles += &tile(quantity(before, unit), "force RMS before, held out");
         if !answer.effects.is_empty() {
-            tiles += &tile(quantity(after, "N"), "force RMS after, held out");
+            tiles += &tile(quantity(after, unit), "force RMS after, held out");
         }
-        tiles += &tile(quantity(floor, "N"), "noise floor");
+        tiles += &tile(quantity(floor, unit), "noise floor");
     }
     if !answer.effects.is_empty() {
         tiles += &tile(percent(answer.details.shrink), "of the gap above the floor closed");
@@ -161,7 +162,7 @@ fn left(answer: &Diagnosis) -> String {
     let on_vessel = on_vessel.map(|of| vessel::figures(of, "the best model that was found"));
     let would = left.gap.force_rms_n.filter(|_| !left.after.is_empty());
     let would = would.map_or(String::new(), |Figures { before, after, .. }| {
-        let [before, after] = [before, after].map(|x| quantity(x, "N"));
+        let [before, after] = [before, after].map(|x| quantity(x, answer.gap.units.force()));
         format!("<p>Its force is off by {after} RMS, the nominal model's by {before}.</p>")
     });
     format!(
@@ -231,7 +232,8 @@ fn how_far(answer: &Diagnosis) -> String {
         );
     }
     for held_out in &answer.details.held_out {
-        let [before, after] = [held_out.before_n, held_out.after_n].map(|x| quantity(x, "N"));
+        let [before, after] =
+            [held_out.before_n, held_out.after_n].map(|x| quantity(x, answer.gap.units.force()));
         let _ = write!(
             rows,
             "<tr><td>force RMS, trial {:03}<td class=number>{before}<td class=number>{after}<td>",
@@ -273,15 +275,18 @@ fn band(answer: &Diagnosis) -> String {
                 rows,
                 "<tr><td>{name}<td class=number>±{}<td class=number>{}<td class=number>{}\
                  <td class=number>{}",
-                quantity(half_width_n, "N"),
+                quantity(half_width_n, answer.gap.units.force()),
                 percent(share),
                 covered.stated,
                 covered.unknown
             );
         }
     }
-    let charts: String =
-        names.iter().enumerate().map(|(column, name)| charts::band(band, column, name)).collect();
+    let charts: String = names
+        .iter()
+        .enumerate()
+        .map(|(column, name)| charts::band(band, column, name, answer.gap.units))
+        .collect();
     format!(
         "<h2>How far the forces may be off</h2><p class=soft>Half width of the band in which nine of \
          ten true forces lie with the model that this answer leaves behind.</p>\

@@ -96,13 +96,17 @@ pub fn write_drive(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> io::R
 
 fn drive_csv(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> csv::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
-    let setpoint = data.setpoint_m.as_ref();
-    let names = ["t_s", "position_m", "drive_command_N"].into_iter();
-    csv.write_record(names.chain(setpoint.map(|_| "setpoint_m")))?;
+    let [position, setpoint, load] = columns::of_axis(data.axis);
+    let mut names = vec![columns::TIME, position, columns::of_command(data.kind, data.axis)];
+    names.extend(data.setpoint.as_ref().map(|_| setpoint));
+    names.extend(data.load.as_ref().map(|_| load));
+    csv.write_record(names)?;
     for (i, t_s) in t_s.iter().enumerate() {
-        let numbers = [*t_s, data.position_m[i], data.drive_command_n[i]];
-        let there = setpoint.map(|column| column[i].map_or(String::new(), |x| x.to_string()));
-        csv.write_record(numbers.iter().map(f64::to_string).chain(there))?;
+        let numbers = [*t_s, data.position[i], data.command[i]].map(|x| x.to_string());
+        let there = data.setpoint.as_ref();
+        let there = there.map(|column| column[i].map_or(String::new(), |x| x.to_string()));
+        let load = data.load.as_ref().map(|column| column[i].to_string());
+        csv.write_record(numbers.into_iter().chain(there).chain(load))?;
     }
     Ok(csv.flush()?)
 }

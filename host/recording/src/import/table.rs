@@ -295,8 +295,8 @@ mod tests {
         let own = maps(["t_s=t", "position_m=mm*0.001"]);
         let ImportedTable { trial, remarks } = read_csv(table.as_bytes(), &own).unwrap();
         let ImportedTrial::Drive(t_s, data) = trial else { panic!("a drive's") };
-        assert_eq!((t_s, data.position_m), (vec![0.0, 0.001], vec![0.001, 0.002]));
-        assert_eq!(data.setpoint_m, Some(vec![Some(0.1), None]));
+        assert_eq!((t_s, data.position), (vec![0.0, 0.001], vec![0.001, 0.002]));
+        assert_eq!(data.setpoint, Some(vec![Some(0.1), None]));
         assert!(remarks[0].contains("`insertion`"), "{remarks:?}");
         let missing = refused("t_s,drive_command_N\n0,1\n", &[]);
         assert!(missing.contains("--column position_m="), "{missing}");

@@ -239,7 +239,7 @@ fn figures(answer: &Diagnosis) -> Vec<String> {
         lines.push(format!("    {name:<42}  {before:>10}  {after:>10}  {floor:>10}"));
     }
     for HeldOut { trial, before_n, after_n } in &answer.details.held_out {
-        let [before, after] = [*before_n, *after_n].map(|x| quantity(x, "N"));
+        let [before, after] = [*before_n, *after_n].map(|x| quantity(x, answer.gap.units.force()));
         let name = format!("force RMS, trial {trial:03}");
         lines.push(format!("    {name:<42}  {before:>10}  {after:>10}"));
     }
