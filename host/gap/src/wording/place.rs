@@ -48,7 +48,12 @@ pub fn place(cell: &Cell) -> String {
         "" => cell.regime.clone(),
         told => cell.regime.replace(told, ""),
     };
-    let regime = regime.replace("forward, ", "forward at ").replace("backward, ", "backward at ");
+    // A catheter's speeds are numbers, a drive's are words.
+    let joined =
+        if regime.ends_with("mm/s") || regime.ends_with("rotating") { " at " } else { " and " };
+    let regime = ["forward", "backward"].iter().fold(regime, |regime, sense| {
+        regime.replace(&format!("{sense}, "), &format!("{sense}{joined}"))
+    });
     let stretch = match cell.channel.starts_with("drive_command_") {
         true => format!("at {}", cell.stretch()),
         false => format!("{} inside", cell.stretch()),
@@ -60,6 +65,34 @@ pub fn place(cell: &Cell) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_is_told_with_what_is_done_there() {
+        let cell = |channel: &str, phase: &str, regime: &str| Cell {
+            channel: channel.into(),
+            phase: phase.into(),
+            regime: regime.into(),
+            arc_m: [0.04, 0.052],
+            ..Cell::default()
+        };
+        for (of, words) in [
+            (
+                cell("fx_N", "sliding", "forward, 18 to 40 mm/s"),
+                "while sliding, forward at 18 to 40 mm/s, 40 to 52 mm inside",
+            ),
+            (cell("fx_N", "dwell", "standing"), "while standing in contact, 40 to 52 mm inside"),
+            (
+                cell("fx_N", "withdrawal", "backward, below 8 mm/s"),
+                "on the way out, below 8 mm/s, 40 to 52 mm inside",
+            ),
+            (
+                cell("drive_command_N", "steady", "backward, slow"),
+                "while steady, backward and slow, at 40 to 52 mm",
+            ),
+        ] {
+            assert_eq!(place(&of), words);
+        }
+    }
 
     #[test]
     fn channels_have_names_that_say_what_they_measure() {
