@@ -127,6 +127,9 @@ pub struct OfInterval {
     /// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
     /// less finds it by as much too small or too large.
     pub other_answer: f64,
+    /// The same of a plant without other models of its mechanics. Friction may turn over otherwise than as a
+    /// bristle does, and a coarse encoder is smoothed; `host/gap/examples/drives.rs` counts what the intervals hold.
+    pub other_answer_of_axis: f64,
 }
 
 /// From when on an explanation is the answer.
@@ -201,7 +204,12 @@ impl Rules {
             first: 1.1,
             next_to_none: 1.5,
         },
-        interval: OfInterval { wider: 2.5, other_model: 0.03, other_answer: 0.05 },
+        interval: OfInterval {
+            wider: 2.5,
+            other_model: 0.03,
+            other_answer: 0.05,
+            other_answer_of_axis: 0.01,
+        },
         verdict: OfVerdict {
             likely: 0.5,
             answer: 0.75,

@@ -99,8 +99,11 @@ pub fn posterior(
         if let Coordinate::Effect { effect, parameter } = *coordinate {
             let own = problem.parameter(effect, parameter);
             let size = best.fit.point.effects[effect][parameter] - own.off;
-            posterior[(i, i)] +=
-                (rules.other_model * own.scale).powi(2) + (rules.other_answer * size).powi(2);
+            let [of_scale, of_size] = match problem.plant.has_other_models() {
+                true => [rules.other_model, rules.other_answer],
+                false => [0.0, rules.other_answer_of_axis],
+            };
+            posterior[(i, i)] += (of_scale * own.scale).powi(2) + (of_size * size).powi(2);
         }
     }
     posterior

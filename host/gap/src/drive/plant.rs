@@ -389,6 +389,10 @@ impl Plant for Drive {
         true
     }
 
+    fn has_other_models(&self) -> bool {
+        false
+    }
+
     fn open(&self, sample: &Sample) -> f64 {
         // What the encoder leaves open is noise.
         OPEN_SHARE * sample.value.abs()

@@ -186,6 +186,10 @@ impl Plant for Altered<'_> {
         self.inner.spread_share()
     }
 
+    fn has_other_models(&self) -> bool {
+        self.inner.has_other_models()
+    }
+
     fn swing(&self, effect: usize) -> Option<Swing> {
         self.inner.swing(effect)
     }

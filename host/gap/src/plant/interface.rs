@@ -413,6 +413,12 @@ pub trait Plant: Sync {
         1.0
     }
 
+    /// Whether another model of the same mechanics finds other values of the same parameters, as one of a beam in
+    /// contact does. Terms of an equation that the axis is described by have no other model.
+    fn has_other_models(&self) -> bool {
+        true
+    }
+
     /// Standard deviations of the nuisance parameters that the parameters of an effect equal while they
     /// are small, in the order of the parameters; `None` for an effect that is never a nuisance.
     fn prior_sds(&self, _effect: usize) -> Option<Vec<f64>> {
