@@ -26,8 +26,8 @@ pub struct OfEvidence {
     /// Degrees of freedom of Student's t, which the means follow: a few of them are far off in any reality.
     pub freedom: f64,
     /// Shares κ of the gap, amplitudes a of the model's uncertainty, and standard deviations ω of the nuisances
-    /// in those of their priors: factors of two over what tuning cases have. The temper of the score divides
-    /// what a nuisance costs, and so the last are at most 1.
+    /// in those of their priors. Each grid has steps of two and covers what is most probable in tuning cases. A
+    /// tempered score counts a nuisance for less than it costs, and so ω is at most 1.
     pub kappa: [f64; 9],
     pub amplitude: [f64; 4],
     pub looseness: [f64; 4],
@@ -114,8 +114,8 @@ pub struct OfWays {
     pub next_to_none: f64,
 }
 
-/// How wide intervals are. The factors are those with which 85 to 95 % of the 90 % intervals of tuning cases hold
-/// the truth, docs/explanation/diagnosis.md (D16).
+/// How wide intervals are, docs/explanation/diagnosis.md (D16). The factors are empirical; blind tests count how many
+/// intervals hold the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct OfInterval {
     /// Standard deviations over those that leaving out one trial after the other tells: for the few

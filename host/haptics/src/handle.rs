@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-/// Steps of the integration in a millisecond: the stiffest hand swings at 30 Hz.
+/// Steps of the integration in a tick: the stiffest hand of the maps swings at 21 Hz, and so a step is a thousandth of
+/// its period.
 const STEPS: usize = 20;
-const TICK_S: f64 = 1e-3;
+pub(crate) const TICK_S: f64 = 1e-3;
 
 /// The axis of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -11,9 +11,8 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::carrier::{Carrier, Delay};
-use crate::handle::{Axis, Hand, Handle, Held};
+use crate::handle::{Axis, Hand, Handle, Held, TICK_S};
 
-const TICK_S: f64 = 1e-3;
 /// A budget that no operation spends \[J\].
 const NO_BUDGET_J: f32 = 1e9;
 /// Ticks that a device may take to be ready.
@@ -22,7 +21,8 @@ const PATIENCE_TICKS: usize = 60_000;
 /// an encoder, and far less than fingers tremble.
 const STILL_M: f64 = 0.1e-3;
 const STILL_RAD: f64 = 0.01;
-/// Parts of the hold that are compared: an oscillation that dies out is smaller in the last one.
+/// Parts of the hold. An oscillation dies out if it is smaller in the last part than this share of the part before:
+/// from its first part to its last it then falls to a third.
 const PARTS: usize = 4;
 const DYING_OUT: f64 = 0.7;
 
@@ -72,10 +72,6 @@ pub struct Passed {
 pub enum HapticsError {
     #[error("the device is not ready at an insertion of {insertion_m} m: {why}")]
     NotReady { insertion_m: f64, why: String },
-    #[error(
-        "the operation ended after {ticks} ticks, before it was held still\n  fix: hold it for a second and more"
-    )]
-    TooShort { ticks: usize },
 }
 
 /// The loop while it is closed.
@@ -99,7 +95,7 @@ impl Operation {
     }
 
     /// The same without the passivity observer: its budget is one that no operation spends. No device can be
-    /// configured so; the study takes it for granted from arming on.
+    /// configured so; this one is from arming on.
     pub fn run_without_observer(&self, config: &Config<'_>) -> Result<Passed, HapticsError> {
         let mut without = config.clone();
         without.settings.energy_limit_j = NO_BUDGET_J;

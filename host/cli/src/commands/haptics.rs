@@ -16,7 +16,7 @@ const TO: f64 = 0.95;
 const SPEED_M_PER_S: f64 = 0.03;
 const TURN_RAD: f64 = 3.0;
 const TURN_RAD_PER_S: f64 = 2.0;
-/// Shorter than an operator notices that an oscillation grows, longer than the slowest hand swings four times.
+/// In 2 s the slowest hand of the maps swings four times.
 const HOLD_TICKS: usize = 2000;
 /// Fingers are badly damped where they hold something lightly.
 const DAMPING_RATIO: f64 = 0.2;

@@ -99,11 +99,8 @@ impl Diagnosis {
                 sizes.join("; ")
             ),
         };
-        let (hidden, all) = (
-            self.detectable.iter().filter(|own| !own.is_seen_as_usual).count(),
-            self.detectable.len(),
-        );
-        let hidden = match hidden {
+        let all = self.detectable.len();
+        let hidden = match self.detectable.iter().filter(|own| !own.is_seen_as_usual).count() {
             0 => String::new(),
             n => format!("{n} of {all} effects would not have been seen at their usual size."),
         };

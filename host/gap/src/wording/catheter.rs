@@ -1,8 +1,7 @@
 //! The effects of a catheter in words.
 
 use super::clause::{
-    ANGLE, LONG, MILLI, MM, MN, MS, MUCH, OWN, RIG, SHARE, STIFF, Words, ratio, shape,
-    size_clause as size,
+    ANGLE, LONG, MILLI, MM, MN, MS, MUCH, OWN, RIG, SHARE, STIFF, Words, ratio, shape, size,
 };
 
 pub(super) const WORDS: &[Words] = &[

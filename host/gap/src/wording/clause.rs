@@ -59,8 +59,8 @@ const fn value(
     Clause { parameter, is, told: Told::Value { text, scale, unit } }
 }
 
-/// A parameter that is a size.
-pub(super) const fn size_clause(
+/// A clause of a parameter that is a size.
+pub(super) const fn size(
     parameter: &'static str,
     text: &'static str,
     unit: (f64, &'static str),
@@ -68,6 +68,7 @@ pub(super) const fn size_clause(
     value(Is::Size, parameter, text, unit)
 }
 
+/// A clause of a parameter that is a shape.
 pub(super) const fn shape(
     parameter: &'static str,
     text: &'static str,
@@ -76,6 +77,7 @@ pub(super) const fn shape(
     value(Is::Shape, parameter, text, unit)
 }
 
+/// A clause of a ratio.
 pub(super) const fn ratio(
     parameter: &'static str,
     subject: &'static str,
@@ -96,7 +98,7 @@ pub(super) const ANGLE: (f64, &str) = (DEGREES, "°");
 /// In its own unit.
 pub(super) const OWN: (f64, &str) = (1.0, "");
 
-/// A ratio further from 1 than this is told as a multiple.
+/// Ratios within this are told as a difference in percent, others as a multiple.
 const TOLD_AS_SHARE: std::ops::RangeInclusive<f64> = 0.4..=2.0;
 /// Digits of a value without an interval.
 pub(super) const DIGITS: u8 = 2;
@@ -105,7 +107,7 @@ pub(super) const DIGITS: u8 = 2;
 fn in_unit(value: &str, unit: &str) -> String {
     match unit {
         "" | "1" => value.to_owned(),
-        "%" | "°" => format!("{value} {unit}").replace(" °", "°"),
+        "°" => format!("{value}°"),
         _ => format!("{value} {unit}"),
     }
 }

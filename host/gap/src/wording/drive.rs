@@ -1,6 +1,6 @@
 //! The effects of a drive in words; its axis may be a linear or a rotary one, and so they have its own units.
 
-use super::clause::{MS, OWN, SHARE, Words, shape, size_clause as size};
+use super::clause::{MS, OWN, SHARE, Words, shape, size};
 
 pub(super) const WORDS: &[Words] = &[
     Words {

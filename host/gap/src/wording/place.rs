@@ -33,7 +33,7 @@ pub fn channel(name: &str) -> String {
 /// When and where a cell is, as "while sliding, forward at 18 to 40 mm/s, 40 to 52 mm inside".
 pub fn place(cell: &Cell) -> String {
     let while_it_is = format!("while {}", cell.phase);
-    let (phase, is_told) = match cell.phase.as_str() {
+    let (phase, said) = match cell.phase.as_str() {
         "entry" => ("while the tip leaves the guide", ""),
         "free" => ("before the first contact", ""),
         "first contact" => ("at the first contact", ""),
@@ -44,9 +44,10 @@ pub fn place(cell: &Cell) -> String {
         "withdrawal" => ("on the way out", "backward, "),
         _ => (while_it_is.as_str(), ""),
     };
-    let regime = match is_told {
+    // What the words of a phase say already is not told again.
+    let regime = match said {
         "" => cell.regime.clone(),
-        told => cell.regime.replace(told, ""),
+        said => cell.regime.replace(said, ""),
     };
     // A catheter's speeds are numbers, a drive's are words.
     let joined =

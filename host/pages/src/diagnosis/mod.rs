@@ -50,12 +50,6 @@ fn hover(id: &str, words: &str) -> String {
     format!("<span title=\"{}\">{}</span>", escape(id), escape(words))
 }
 
-/// As a sentence begins.
-fn first_upper(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
 fn tiles(answer: &Diagnosis) -> String {
     let tile = |value: String, label: &str| {
         format!("<div class=tile><b>{}</b><span>{}</span></div>", escape(&value), escape(label))
@@ -81,7 +75,7 @@ fn remarks(answer: &Diagnosis) -> String {
     }
     let item = |remark: &String| {
         let end = if remark.ends_with('.') { "" } else { "." };
-        format!("<li>{}{end}</li>", escape(&first_upper(remark)))
+        format!("<li>{}{end}</li>", escape(&wording::capitalised(remark)))
     };
     let items: String = answer.remarks.iter().map(item).collect();
     format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
@@ -167,7 +161,7 @@ fn left(answer: &Diagnosis) -> String {
     });
     format!(
         "<h2>What is left</h2><p>{}.</p>{would}{}{}",
-        escape(&first_upper(&left.words)),
+        escape(&wording::capitalised(&left.words)),
         cells(&left.places, "what is left"),
         on_vessel.unwrap_or_default()
     )
@@ -241,7 +235,7 @@ fn how_far(answer: &Diagnosis) -> String {
         );
     }
     let snaps = answer.gap.snaps.map_or(String::new(), |snaps| {
-        format!("<p>{}.</p>", escape(&first_upper(&snaps.sentence())))
+        format!("<p>{}.</p>", escape(&wording::capitalised(&snaps.sentence())))
     });
     let series: String = answer.series.iter().map(charts::series).collect();
     let with = match answer.left {
@@ -256,7 +250,7 @@ fn how_far(answer: &Diagnosis) -> String {
          <p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>\
          {with}</p>{series}",
-        first_upper(&answer.held_out_trials())
+        wording::capitalised(&answer.held_out_trials())
     )
 }
 
