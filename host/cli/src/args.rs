@@ -24,6 +24,7 @@ mod reproduce;
 mod ultrasound;
 mod wall;
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -301,6 +302,10 @@ pub struct RunArguments {
     /// replayed.
     #[arg(long)]
     pub free: bool,
+    /// Show the run in a browser while it lasts, at this address and port [default: 127.0.0.1:7410].
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, require_equals = true,
+          default_missing_value = "127.0.0.1:7410")]
+    pub dash: Option<SocketAddr>,
     #[command(flatten)]
     pub sensor: SensorArguments,
     #[command(flatten)]

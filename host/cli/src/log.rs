@@ -9,6 +9,16 @@ use cathforce_recording::{
     BackgroundRecorder, BusClock, BusFrame, Measured, Recorder, RunResult, WriteError,
 };
 
+/// Whoever watches a run while it lasts.
+pub trait Watcher: Send + Sync {
+    /// The device uses this image from now on.
+    fn begins(&self, image: &[u8], lock_step: bool);
+    /// A frame was sent or received.
+    fn frame(&self, direction: Direction, frame: &Frame);
+}
+
+pub type Watch = Arc<dyn Watcher>;
+
 /// A recording of every frame of a client.
 pub struct Log(Arc<Mutex<Logging>>);
 
@@ -22,12 +32,21 @@ impl Log {
     /// Records every frame that `client` sends and receives from now on.
     ///
     /// `clock`: started together with the recording.
-    pub fn attach(client: &mut Client, recorder: Recorder, clock: BusClock) -> Self {
+    /// `watch` sees them too.
+    pub fn attach(
+        client: &mut Client,
+        recorder: Recorder,
+        clock: BusClock,
+        watch: Option<Watch>,
+    ) -> Self {
         let recorder = Some(BackgroundRecorder::spawn(recorder, clock.clone()));
         let shared = Arc::new(Mutex::new(Logging { recorder, clock, trial_start_ns: 0 }));
         let tapped = Arc::clone(&shared);
         client.set_tap(Some(Box::new(move |direction, frame, waited| {
             lock(&tapped).frame(direction, frame, waited);
+            if let Some(watch) = &watch {
+                watch.frame(direction, frame);
+            }
         })));
         Self(shared)
     }

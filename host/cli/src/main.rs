@@ -14,6 +14,7 @@
 )]
 
 mod args;
+mod canopen;
 mod commands;
 mod difference;
 mod failure;

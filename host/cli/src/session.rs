@@ -16,7 +16,7 @@ use cathforce_recording::sensor::ForceSensor;
 use cathforce_recording::{Attachments, BusClock, Measured, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
-use crate::log::Log;
+use crate::log::{Log, Watch};
 use crate::output::make_room;
 use crate::ui::Ui;
 
@@ -60,6 +60,8 @@ pub struct Plan<'a> {
     pub overwrite: bool,
     /// Measures the force while the trial is played, in place of the trial's own.
     pub sensor: Option<&'a ForceSensor>,
+    /// Sees every frame.
+    pub watch: Option<Watch>,
 }
 
 /// Runs the plan on the device behind `client`.
@@ -87,7 +89,10 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
         make_room(plan.out)?;
     }
     let recorder = Recorder::create(plan.out, &info, attachments)?;
-    let log = Log::attach(client, recorder, clock);
+    if let Some(watch) = &plan.watch {
+        watch.begins(plan.image, client.lock_step());
+    }
+    let log = Log::attach(client, recorder, clock, plan.watch.clone());
     let session = Session { ui, log: &log, interrupted: interrupt_flag()?, plan: &plan };
     let played = session.play(client).map_err(|failure| not_in_time(failure, client));
     let ended = played.and_then(|()| session.result(client, started.elapsed()));

@@ -25,7 +25,7 @@ use tokio::sync::Semaphore;
 use crate::answers::{Shown, Unanswered};
 use crate::assets::ASSETS;
 use crate::guard::{Guard, new_token};
-use crate::live::{LinkSource, Pilot};
+use crate::live::{FollowSource, LinkSource, Pilot};
 use crate::token_file;
 
 /// Viewers at a time.
@@ -43,9 +43,24 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
 
 /// What is shown.
 pub enum Source {
-    Link { name: String, source: Box<LinkSource> },
-    Recording { name: String, recording: Box<Recording>, analysis: Box<Analysis> },
-    Diagnosis { name: String, answer: Value },
+    Link {
+        name: String,
+        source: Box<LinkSource>,
+    },
+    /// A device that another part of the program runs; it can be watched alone.
+    Run {
+        name: String,
+        source: FollowSource,
+    },
+    Recording {
+        name: String,
+        recording: Box<Recording>,
+        analysis: Box<Analysis>,
+    },
+    Diagnosis {
+        name: String,
+        answer: Value,
+    },
 }
 
 /// How it is shown.
@@ -108,6 +123,9 @@ pub fn serve(
         let shown = match source {
             Source::Link { name, source } => {
                 Shown::Link { name, pilot: Pilot::start(*source), scene: Default::default() }
+            }
+            Source::Run { name, source } => {
+                Shown::Link { name, pilot: Pilot::follow(source), scene: Default::default() }
             }
             Source::Recording { name, recording, analysis } => {
                 Shown::of_recording(name, &recording, &analysis).map_err(DashError::Vessel)?

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
-use cathforce_dash::{LinkSource, MOST_VIEWERS, Options, Source, Started, serve};
-use cathforce_link::Sim;
+use cathforce_dash::{LinkSource, MOST_VIEWERS, Options, Source, Started, feed, serve};
+use cathforce_link::{Client, Sim, Step};
 use serde_json::{Value, json};
 
 /// A server in this process.
@@ -269,4 +270,35 @@ fn a_diagnosis_is_shown_and_has_nothing_to_change() {
     assert!(server.started.token_file.is_none());
     assert_eq!(server.ask("POST /api/do", &["Authorization: Bearer "], "{}").0, 401);
     assert_eq!(server.ask("GET /api/scene", &[], "").0, 404);
+}
+
+/// A run shows its frames, and whoever watches changes nothing, not even with a token: there is none.
+#[test]
+fn a_run_is_watched_until_it_ends() {
+    let (feed, source) = feed();
+    let server = Server::of(Source::Run { name: "sim".into(), source });
+    assert!(server.started.token_file.is_none());
+    assert_eq!(server.json("/api/source")["can_change"], false);
+    assert_eq!(server.ask("POST /api/do", &["Authorization: Bearer "], "{\"do\": \"arm\"}").0, 401);
+    let mut client = Client::connect(Sim::new()).unwrap();
+    client.set_lock_step(true).unwrap();
+    let tapped = feed.clone();
+    client.set_tap(Some(Box::new(move |direction, frame, _| tapped.frame(direction, frame))));
+    for _ in 0..50 {
+        client.run_tick(Step::default()).unwrap();
+    }
+    let until = |is: &dyn Fn(&Value) -> bool| {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        loop {
+            let state = server.json("/api/state");
+            if is(&state) {
+                return state;
+            }
+            assert!(Instant::now() < deadline, "{state}");
+        }
+    };
+    let state = until(&|state| state["tick"].as_u64().is_some_and(|tick| tick >= 49));
+    assert_eq!((&state["mode"], &state["lost"]), (&json!("not configured"), &json!(null)));
+    drop((client, feed));
+    until(&|state| state["lost"] == "the run has ended");
 }

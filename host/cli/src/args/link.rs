@@ -68,6 +68,9 @@ pub struct DoctorArguments {
     /// Check this link and the device behind it, instead of what this computer offers.
     #[arg(long, value_parser = address)]
     pub link: Option<String>,
+    /// Ask the device also where a node of CANopen on its bus may take our frames for its own.
+    #[arg(long, requires = "link")]
+    pub ask_anyway: bool,
 }
 
 #[derive(Debug, Args)]

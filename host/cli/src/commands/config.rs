@@ -1,7 +1,6 @@
 //! `cathforce config`.
 
 #[cfg(feature = "hardware")]
-mod canopen;
 mod device;
 mod file;
 mod flash;

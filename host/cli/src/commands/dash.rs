@@ -1,10 +1,18 @@
 //! `cathforce dash`: a device, a recording or a diagnosis in a browser.
 
 use std::io::{Write as _, stdout};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::time::Duration;
 
+use cathforce_bus::{Direction, Frame};
 use cathforce_control::Fault;
-use cathforce_dash::{DashError, Drive, LinkSource, Measurement, Options, Source, Started, serve};
+use cathforce_dash::{
+    DashError, Drive, Feed, LinkSource, Measurement, Options, Source, Started, feed, serve,
+};
 use cathforce_link::Step;
 use cathforce_recording::{analyse, is_recording};
 use serde_json::json;
@@ -14,6 +22,7 @@ use super::run::{encoder, pick, tendons};
 use crate::args::{DashArguments, link_address};
 use crate::failure::{Code, Failure};
 use crate::image::image;
+use crate::log::{Watch, Watcher};
 use crate::open::{open_bundle, open_recording, read_bytes};
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
@@ -21,23 +30,77 @@ use crate::ui::Ui;
 
 /// A measured force is drawn until the next row, if that comes within this time \[s\].
 const MEASURED_WITHIN_S: f64 = 0.1;
+/// After the end of a run, for browsers to draw it.
+const LAST_PICTURE: Duration = Duration::from_millis(200);
 
 pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
     let source = source(ui, arguments)?;
-    let options = Options {
-        listen: arguments.listen,
-        names: arguments.hosts.clone(),
-        token_folder: token_folder(),
-        fault_pages: Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect(),
-    };
-    if !arguments.listen.ip().is_loopback() {
-        ui.warn("every computer of the network can watch, and HTTP is not encrypted");
-    }
+    let options = options(arguments.listen, arguments.hosts.clone());
+    warn_of_the_network(ui, arguments.listen);
     // Until then Ctrl-C ends this program as any other.
     let interrupted = interrupt_flag()?;
     let mut printed = Ok(());
     serve(source, options, interrupted, |started| printed = print(ui, started))?;
     printed
+}
+
+/// Shows a run in a browser while it lasts. `name`: of its device.
+pub fn while_it_runs(
+    ui: &Ui,
+    listen: SocketAddr,
+    name: &str,
+    run: impl FnOnce(&Watch) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let (feed, source) = feed();
+    let source = Source::Run { name: name.to_owned(), source };
+    warn_of_the_network(ui, listen);
+    let stop = &AtomicBool::new(false);
+    let (told, address) = channel();
+    std::thread::scope(|scope| {
+        // A server that cannot begin lets go of its end of the channel.
+        let serve = move || {
+            serve(source, options(listen, Vec::new()), stop, |started| {
+                // Whoever asked waits for it.
+                let _ = told.send(started.address);
+            })
+        };
+        let server = scope.spawn(serve);
+        let Ok(address) = address.recv() else {
+            let ended = server.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            return Err(ended.map_or_else(Failure::from, |()| {
+                Failure::new(Code::Failed, "the web server ended before the run began")
+            }));
+        };
+        ui.say(format_args!("watch the run at http://{address}/"));
+        let watch: Watch = Arc::new(feed);
+        let ended = run(&watch);
+        drop(watch);
+        std::thread::sleep(LAST_PICTURE);
+        stop.store(true, Ordering::Relaxed);
+        let served = server.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        ended.and(served.map_err(Failure::from))
+    })
+}
+
+impl Watcher for Feed {
+    fn begins(&self, image: &[u8], lock_step: bool) {
+        self.begins(image, lock_step);
+    }
+
+    fn frame(&self, direction: Direction, frame: &Frame) {
+        self.frame(direction, frame);
+    }
+}
+
+fn options(listen: SocketAddr, names: Vec<String>) -> Options {
+    let fault_pages = Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect();
+    Options { listen, names, token_folder: token_folder(), fault_pages }
+}
+
+fn warn_of_the_network(ui: &Ui, listen: SocketAddr) {
+    if !listen.ip().is_loopback() {
+        ui.warn("every computer of the network can watch, and HTTP is not encrypted");
+    }
 }
 
 /// The address, and for a link the file with the token.

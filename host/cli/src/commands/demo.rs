@@ -9,7 +9,6 @@ use super::bundle::check_folder;
 use super::{export, report, run};
 use crate::args::{Changes, DemoArguments, ExportArguments, Feel, PlayArguments, ReportArguments};
 use crate::failure::Failure;
-use crate::session::Pace;
 use crate::ui::Ui;
 
 /// The bundle of the demo, which is a part of this program, so that it runs wherever it is.
@@ -58,7 +57,7 @@ pub fn run(ui: &Ui, arguments: &DemoArguments) -> Result<(), Failure> {
         },
         max_error: None,
     };
-    let on = run::On { link: &arguments.link, pace: Pace::LockStep, sensor: None };
+    let on = run::On::device(&arguments.link);
     run::run_and(ui, on, &play, |_, _| Ok(()))?;
     let export = ExportArguments {
         recording: recording.clone(),

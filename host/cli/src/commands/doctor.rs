@@ -4,6 +4,7 @@
 mod check;
 mod device;
 mod interface;
+mod listen;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -20,7 +21,7 @@ use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DoctorArguments) -> Result<(), Failure> {
     let checks = match &arguments.link {
-        Some(link) => link_checks(link),
+        Some(link) => link_checks(link, arguments.ask_anyway),
         None => computer_checks(),
     };
     ui.data(&checks, text(ui, &checks))?;
@@ -92,27 +93,38 @@ fn timers(latest: Duration) -> Check {
 }
 
 /// Everything between here and the device behind a link.
-fn link_checks(link: &str) -> Vec<Check> {
+fn link_checks(link: &str, ask_anyway: bool) -> Vec<Check> {
     let mut checks = Vec::new();
+    let is_wrong = |checks: &[Check]| checks.iter().any(|own| own.verdict == Verdict::Wrong);
     if let Some(name) = link.strip_prefix("socketcan:") {
         match net::check_sockets().and_then(|()| net::find(name)) {
             Ok(found) => checks.extend(interface::checks(&found)),
             Err(error) => return vec![Check::of("interface", &error)],
         }
-        if checks.iter().any(|check| check.verdict == Verdict::Wrong) {
+        if is_wrong(&checks) {
             // A device that does not answer then is not to blame.
             return checks;
         }
     }
     if let Some(elf) = emulated(link) {
         checks.extend(emulator_checks(elf));
-        if checks.iter().any(|check| check.verdict == Verdict::Wrong) {
+        if is_wrong(&checks) {
             return checks;
         }
     }
     match cathforce_link::open(link) {
-        Ok(opened) => {
+        Ok(mut opened) => {
             checks.push(Check::good("link", format_args!("{link} can be opened")));
+            // Others may be on a bus, and nothing is known of them before they are heard.
+            if ["socketcan:", "slcan:"].iter().any(|bus| link.starts_with(bus)) {
+                match listen::Heard::on(&mut *opened) {
+                    Ok(heard) => checks.extend(heard.checks()),
+                    Err(error) => checks.push(Check::of("bus", &error)),
+                }
+                if is_wrong(&checks) && !ask_anyway {
+                    return checks;
+                }
+            }
             checks.extend(device::checks(opened));
         }
         Err(error) => checks.push(Check::of("link", &error)),

@@ -44,6 +44,15 @@ pub mod dash {
     pub fn run(_: &Ui, _: &DashArguments) -> Result<(), Failure> {
         Err(super::without("cathforce dash", "dash"))
     }
+
+    pub fn while_it_runs(
+        _: &Ui,
+        _: std::net::SocketAddr,
+        _: &str,
+        _: impl FnOnce(&crate::log::Watch) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        Err(super::without("cathforce run --dash", "dash"))
+    }
 }
 
 #[cfg(not(feature = "meshes"))]

@@ -12,10 +12,12 @@ use cathforce_recording::{
     Analysis, FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse,
 };
 
+use super::dash;
 use crate::args::{Feel, PlayArguments, RunArguments, SensorArguments};
 use crate::difference::difference;
 use crate::failure::{Code, Failure};
 use crate::image::image;
+use crate::log::Watch;
 use crate::open::open_bundle;
 use crate::open::{read_text, vessel_files};
 use crate::output::{Kind, check_again, check_apart, check_recording, write_again};
@@ -30,6 +32,15 @@ pub struct On<'a> {
     pub link: &'a str,
     pub pace: Pace,
     pub sensor: Option<(&'a SensorAddress, SensorOptions)>,
+    /// Sees every frame of the run.
+    pub watch: Option<&'a Watch>,
+}
+
+impl<'a> On<'a> {
+    /// A device alone, in lock step if it can.
+    pub const fn device(link: &'a str) -> Self {
+        Self { link, pace: Pace::LockStep, sensor: None, watch: None }
+    }
 }
 
 pub fn run(ui: &Ui, arguments: &RunArguments) -> Result<(), Failure> {
@@ -43,8 +54,18 @@ pub fn run(ui: &Ui, arguments: &RunArguments) -> Result<(), Failure> {
         link: &arguments.link,
         pace: if arguments.free { Pace::Free } else { Pace::LockStep },
         sensor: sensor.as_ref().map(|address| (address, options)),
+        watch: None,
     };
-    run_and(ui, on, &arguments.play, |_, _| Ok(()))
+    let play =
+        |watch: Option<&Watch>| run_and(ui, On { watch, ..on }, &arguments.play, |_, _| Ok(()));
+    match arguments.dash {
+        None => play(None),
+        Some(listen) => {
+            // Checked first, because nobody opens a page of a run that cannot begin.
+            cathforce_link::check_address(on.link)?;
+            dash::while_it_runs(ui, listen, on.link, |watch| play(Some(watch)))
+        }
+    }
 }
 
 /// The same; `and` is done with the recording and what follows from it, once they are summed up.
@@ -54,7 +75,7 @@ pub fn run_and(
     arguments: &PlayArguments,
     and: impl FnOnce(&Recording, &Analysis) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let On { link, pace, sensor } = on;
+    let On { link, pace, sensor, watch } = on;
     // Checked first, because building the image takes a while.
     cathforce_link::check_address(link)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
@@ -88,6 +109,7 @@ pub fn run_and(
         feel: arguments.feel,
         overwrite: arguments.overwrite,
         sensor: sensor.as_ref(),
+        watch,
     };
     let played = play(ui, &mut client, run, &image, &out);
     // A run that ends before its device is ready leaves no recording.
@@ -115,6 +137,8 @@ pub struct TrialRun<'a> {
     pub overwrite: bool,
     /// Measures the force in place of the trial's.
     pub sensor: Option<&'a ForceSensor>,
+    /// Sees every frame.
+    pub watch: Option<&'a Watch>,
 }
 
 /// Starts a sensor, whose time must be that of the device.
@@ -146,7 +170,7 @@ pub fn play(
     image: &[u8],
     out: &Path,
 ) -> Result<(), Failure> {
-    let TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite, sensor } = run;
+    let TrialRun { bundle, number, trial, link, pace, duration_s, feel, .. } = run;
     let mut measured = recorded(bundle, trial)?;
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let start_s = measured.rows.first().map_or(0.0, |row| row.t_s);
@@ -169,8 +193,9 @@ pub fn play(
         },
         duration_s: duration_s.unwrap_or(f64::INFINITY).min(trial.duration_s()),
         out,
-        overwrite,
-        sensor,
+        overwrite: run.overwrite,
+        sensor: run.sensor,
+        watch: run.watch.cloned(),
     };
     run_session(ui, client, plan)
 }

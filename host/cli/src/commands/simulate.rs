@@ -14,11 +14,10 @@ use super::bundle::{check_folder, fill_folder};
 use super::run::{On, run_and};
 use crate::args::{PlayArguments, SimulateArguments};
 use crate::failure::{Code, Failure};
-use crate::session::Pace;
 use crate::ui::Ui;
 
 /// A device in this process.
-const ON_SIM: On<'_> = On { link: "sim", pace: Pace::LockStep, sensor: None };
+const ON_SIM: On<'_> = On::device("sim");
 /// The file that says where the trials of a bundle come from.
 const README: &str = "README.md";
 /// How it begins, in a bundle that was made here.

@@ -1,7 +1,7 @@
 //! What happens in real time: `run --free`, `latency`, `monitor`, `play`.
 
-use std::io::Read;
-use std::net::TcpListener;
+use std::io::{BufRead as _, BufReader, Read, Write as _};
+use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -37,6 +37,38 @@ fn a_free_run_is_recorded_and_its_latency_known() {
     assert_fails(&above, 6, &["end to end", "of --budget"]);
     let check = cathforce(["check", text(&file)]);
     assert!(String::from_utf8_lossy(&check.stdout).contains("recorded without lock step"));
+}
+
+/// Its page is there while it runs, and a port that is taken ends it before it begins.
+#[test]
+fn a_run_is_shown_in_a_browser_while_it_lasts() {
+    let mut run = command();
+    run.args(["run", "--free", "--link", "sim", text(&example()), "--cell", "3", "--json"]);
+    run.args(["--duration", "1.5", "--dash=127.0.0.1:0"]);
+    let mut child = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let said = lines.find(|line| line.contains("watch the run at")).unwrap();
+    let address = said.split("http://").nth(1).unwrap().trim_end_matches('/').to_owned();
+    let taken = format!("--dash={address}");
+    let second = cathforce(["run", "--link", "sim", text(&example()), &taken]);
+    assert_fails(&second, 1, &["cannot listen on", "fix:", "--listen"]);
+    let ask = |path: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        let head = format!("GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let body = answer.split_once("\r\n\r\n").unwrap().1;
+        serde_json::from_str::<serde_json::Value>(body).unwrap()
+    };
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !ask("/api/state")["forces"]["fx_N"].is_number() {
+        assert!(Instant::now() < deadline, "no force was shown");
+    }
+    assert_eq!(ask("/api/scene")["error"], serde_json::Value::Null, "the vessel is known");
+    lines.for_each(drop);
+    // A busy computer may miss the 5 ms after which the device ramps down.
+    assert!(matches!(child.wait().unwrap().code(), Some(0 | 5)));
 }
 
 /// A computer that is too busy is no fault of the drive's cable.

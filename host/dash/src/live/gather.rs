@@ -263,7 +263,8 @@ impl Gather {
         self.frame(direction, frame);
     }
 
-    fn frame(&mut self, direction: Direction, frame: &Frame) {
+    /// Takes a frame whose sender is known.
+    pub fn frame(&mut self, direction: Direction, frame: &Frame) {
         let (now, id) = (Instant::now(), Id::from_raw(frame.id()));
         let bits = if id == Some(Id::Sync) { 0 } else { frame.most_bits() };
         self.recent.push_back((now, bits, id));

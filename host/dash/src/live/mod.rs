@@ -5,6 +5,7 @@ mod action;
 mod bus;
 mod drive;
 mod faults;
+mod follow;
 mod gather;
 mod pilot;
 mod timing;
@@ -12,4 +13,5 @@ mod twin;
 
 pub use action::{Action, Wanted};
 pub use drive::{Drive, Measurement};
+pub use follow::{Feed, FollowSource, feed};
 pub use pilot::{LinkSource, Pilot};

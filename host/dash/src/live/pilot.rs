@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -20,6 +20,7 @@ use tokio::sync::watch;
 use super::action::{Action, Reply, Wanted};
 use super::bus::Bus;
 use super::drive::{Drive, Goal, Motion, Position};
+use super::follow::{FollowSource, Heard};
 use super::gather::{Gather, History, Snapshot};
 use crate::settings;
 
@@ -29,6 +30,8 @@ const STATUS: Duration = Duration::from_secs(1);
 const SILENT: Duration = Duration::from_secs(5);
 /// How long a bus is listened to before anything is asked.
 const LISTEN: Duration = Duration::from_secs(1);
+/// Longest wait for a frame of a run, after which a picture may be due.
+const HEARD: Duration = Duration::from_millis(8);
 const TICK: Duration = Duration::from_millis(1);
 /// A computer that is so late gives up the ticks that it missed, instead of hurrying after them.
 const LATE: Duration = Duration::from_millis(100);
@@ -78,31 +81,74 @@ pub struct Pilot {
 
 impl Pilot {
     pub fn start(source: LinkSource) -> Self {
-        let (to, pictures) = watch::channel(Snapshot::default());
+        let LinkSource { link, master, drive, watch_only } = source;
         let (actions, inbox) = channel();
+        Self::begin(master, (!watch_only).then_some(actions), |gather, shared| {
+            let Shared { image, position, stop } = shared;
+            let mut flight = Flight { bus: Bus { link, gather }, inbox, image, position, stop };
+            move || {
+                let flown = match drive {
+                    Some(drive) => flight.drive(&drive),
+                    None => flight.watch(watch_only),
+                };
+                if let Err(error) = flown {
+                    flight.bus.gather.lose(error.to_string());
+                }
+            }
+        })
+    }
+
+    /// Shows a device that another part of the program runs, until that lets go of its end of the channel.
+    pub fn follow(source: FollowSource) -> Self {
+        Self::begin(Master::default(), None, |mut gather, shared| {
+            move || follow(&mut gather, &source, &shared)
+        })
+    }
+
+    fn begin<Work: FnOnce() + Send + 'static>(
+        master: Master,
+        actions: Option<Sender<Action>>,
+        work: impl FnOnce(Gather, Shared) -> Work,
+    ) -> Self {
+        let (to, pictures) = watch::channel(Snapshot::default());
         let (history, image) = (History::default(), InUse::default());
         let (started, stop) = (Instant::now(), Arc::new(AtomicBool::new(false)));
         let position = Position::default();
-        let gather = Gather::new(started, source.master, history.clone(), position.clone(), to);
-        let watch_only = source.watch_only;
-        let mut flight = Flight {
-            bus: Bus { link: source.link, gather },
-            inbox,
-            image: image.clone(),
-            position,
-            stop: Arc::clone(&stop),
-        };
-        let thread = std::thread::spawn(move || {
-            let flown = match source.drive {
-                Some(drive) => flight.drive(&drive),
-                None => flight.watch(watch_only),
-            };
-            if let Err(error) = flown {
-                flight.bus.gather.lose(error.to_string());
-            }
-        });
-        let actions = (!watch_only).then_some(actions);
+        let gather = Gather::new(started, master, history.clone(), position.clone(), to);
+        let shared = Shared { image: image.clone(), position, stop: Arc::clone(&stop) };
+        let thread = std::thread::spawn(work(gather, shared));
         Self { pictures, history, image, started, actions, stop, thread: Some(thread) }
+    }
+}
+
+/// What the thread shares with the server.
+struct Shared {
+    image: InUse,
+    position: Position,
+    stop: Arc<AtomicBool>,
+}
+
+/// Gathers what is heard.
+fn follow(gather: &mut Gather, source: &FollowSource, shared: &Shared) {
+    while !shared.stop.load(Ordering::Relaxed) {
+        match source.heard.recv_timeout(HEARD) {
+            Ok(Heard::Begins { image, lock_step }) => {
+                gather.image(&image, lock_step);
+                shared.image.set(image);
+            }
+            Ok(Heard::Frame(direction, frame)) => gather.frame(direction, &frame),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return gather.lose("the run has ended".to_owned());
+            }
+        }
+        match source.take_lost() {
+            0 => {}
+            lost => gather.say(format!(
+                "{lost} frames came faster than this computer draws; the recording has them"
+            )),
+        }
+        gather.due();
     }
 }
 

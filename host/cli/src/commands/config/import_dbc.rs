@@ -9,9 +9,9 @@ use cathforce_config::master::{Drive, Master, MasterError, Place, Selector, Sign
 use serde_json::json;
 use toml_edit::DocumentMut;
 
-use super::canopen;
 use super::lab_dbc::{Found, Identifier, LabDbc, is_within_frame};
 use crate::args::ConfigImportDbcArguments;
+use crate::canopen;
 use crate::failure::Failure;
 use crate::settings::entry::misspelt;
 use crate::settings::{SettingsFile, Staged, master};

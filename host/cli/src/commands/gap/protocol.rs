@@ -148,6 +148,7 @@ fn play(
         out: &out,
         overwrite: arguments.overwrite,
         sensor: None,
+        watch: None,
     };
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     run_session(ui, &mut client, plan)?;

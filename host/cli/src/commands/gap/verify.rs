@@ -196,11 +196,18 @@ fn play_both(
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     let board = client.device().board.clone();
     let folder = temporary_folder()?;
-    let (duration_s, feel) = (arguments.duration, Feel::Catheter);
-    let pace = Pace::LockStep;
-    let overwrite = false;
-    let sensor = None;
-    let run = TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite, sensor };
+    let run = TrialRun {
+        bundle,
+        number,
+        trial,
+        link,
+        pace: Pace::LockStep,
+        duration_s: arguments.duration,
+        feel: Feel::Catheter,
+        overwrite: false,
+        sensor: None,
+        watch: None,
+    };
     ui.say("as rig.toml states the rig:");
     let file = folder.path().join("before.mcap");
     let (before, bits) = estimated(ui, &mut client, run, images[0], &file)?;

@@ -6,7 +6,7 @@
 use cathforce_bus::Id;
 
 /// Nodes of a bus.
-const LAST_NODE: u16 = 127;
+pub const LAST_NODE: u16 = 127;
 /// The first identifiers of the objects of nodes, less the node's number, and whether the drive listens.
 const OBJECTS: [(u16, &str, bool); 12] = [
     (0x080, "EMCY", false),
