@@ -18,7 +18,10 @@ const IDENTIFIERS: &str = "\
     instrument.stiffness instrument.stored_curvature instrument.tip_precurve \
     instrument.torsional_windup instrument.viscoelastic instrument.softening \
     instrument.weight tendon.friction tendon.slack fluid.drag \
-    sensor.bias sensor.drift sensor.gain sensor.misalignment sensor.time_constant";
+    sensor.bias sensor.drift sensor.gain sensor.misalignment sensor.time_constant \
+    transmission.gain transmission.curvature transmission.dead_zone transmission.bouc_wen \
+    transmission.prandtl_ishlinskii transmission.sheath transmission.compliance transmission.lag \
+    transmission.latency transmission.offset transmission.drift";
 
 fn example() -> Bundle {
     Bundle::open(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none"))

@@ -328,7 +328,7 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
 }
 
 /// Lets a force follow late, by this share of what it is behind at every point.
-fn follow(force_n: &mut [f64], share: f64) {
+pub(crate) fn follow(force_n: &mut [f64], share: f64) {
     let smooth = Gaussian::new(FOLLOWED_SD).smooth(force_n);
     let mut followed = smooth[0];
     for (force, now) in force_n.iter_mut().zip(smooth) {

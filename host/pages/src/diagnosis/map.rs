@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use cathforce_gap::Map;
-use cathforce_gap::plant::{Quantity, Units};
+use cathforce_gap::plant::Quantity;
 use cathforce_gap::rounding::quantity;
 
 use super::charts::{LABELS, WIDTH, svg};
@@ -93,9 +93,9 @@ fn axes(map: &Map) -> String {
             label(between(map.t_s, share), 1),
             LABELS - 6.0,
             TOP + (1.0 - share) * (HEIGHT - 12.0) + 10.0,
-            match map.units {
-                Units::Linear => label(1e3 * between(map.arc_m, share), 0) + " mm",
-                Units::Rotary => label(between(map.arc_m, share), 2) + " rad",
+            match map.units.along_angle() {
+                false => label(1e3 * between(map.arc_m, share), 0) + " mm",
+                true => label(between(map.arc_m, share), 2) + " rad",
             }
         );
     }
@@ -138,6 +138,7 @@ fn between([low, high]: [f64; 2], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cathforce_gap::plant::Units;
 
     fn of(trial: u32, quantity: Quantity, cells: Vec<Vec<Option<f64>>>) -> Map {
         let (t_s, arc_m) = ([1.0, 3.0], [0.0, 0.12]);
