@@ -11,6 +11,7 @@ use super::*;
 const IDENTIFIERS: &str = "\
     drive.ripple drive.slip drive.backlash drive.encoder_scale drive.latency \
     drive.coulomb drive.viscous drive.stribeck drive.load_friction drive.offset \
+    drive.friction_drift \
     entry.drag entry.guide \
     contact.friction contact.stribeck contact.load_friction \
     wall.stiffness wall.hyperelastic wall.viscoelastic wall.motion \

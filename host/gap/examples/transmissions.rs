@@ -94,6 +94,14 @@ fn main() {
                 "{name} {seed}: {truth:?}\n    {:.1} s {:?} {}",
                 answer.seconds, answer.verdict, answer.sentence
             );
+            if let Some(of) = answer.gap.force_rms_n {
+                let range = made.travel * made.gain.abs();
+                eprintln!(
+                    "    left {:.1e} of the range, floor {:.1e}",
+                    of.after / range,
+                    of.floor / range
+                );
+            }
             if !is_in {
                 for own in &answer.effects {
                     eprintln!("      {} {:?}", own.id, own.confidence);

@@ -22,6 +22,9 @@ const FAST_SHARE: f64 = 2.0 / 3.0;
 /// Share of the output's range that models of hysteresis leave of a real transmission. Models of Prandtl and Ishlinskii
 /// leave 1 to 2 % RMS of cables and sheaths; the amplitude of the discrepancy goes up to four times this.
 const OPEN_SHARE: f64 = 4e-3;
+/// What the true model leaves of the output, over its range: between two rows an input is taken for a straight line, and
+/// the corners of a branch lie between grid points. Made transmissions with rows 5 ms apart are left 1e-5 to 3e-5.
+const RESOLUTION: f64 = 3e-5;
 /// Share of the range from which on a floor hides slack that matters.
 const HIDING: f64 = 0.01;
 /// Standard deviations beyond which a residual is what the corner of a branch leaves, as of a drive.
@@ -181,7 +184,8 @@ impl Transmission {
         let start_s = clock.t_s[0];
         let block_points = motion.input.len().div_ceil(BLOCKS).max(1);
         let of_input = self.stated.gain.abs() * measured.input_noise;
-        self.noise = self.noise.max(measured.output_noise.hypot(of_input));
+        let open = of_input.hypot(RESOLUTION * self.scale.range);
+        self.noise = self.noise.max(measured.output_noise.hypot(open));
         let samples = motion.at.iter().map(|&i| {
             let (speed, share) = (motion.speed[i], motion.speed[i].abs() / fastest);
             let phase = match () {
@@ -199,7 +203,7 @@ impl Transmission {
                 channel: 0,
                 value: measured.output[i],
                 noise: measured.output_noise,
-                model: of_input,
+                model: open,
                 phase,
                 regime,
                 arc_m: motion.input[i],

@@ -65,6 +65,15 @@ pub(super) const WORDS: &[Words] = &[
         ],
     },
     Words {
+        id: "drive.friction_drift",
+        name: "friction that changes with the time",
+        clauses: &[size(
+            "ratio",
+            "friction changes by {} from the middle to the end of a trial",
+            SHARE,
+        )],
+    },
+    Words {
         id: "drive.encoder_scale",
         name: "another scale of the encoder",
         clauses: &[size("ratio", "the encoder counts {} more than was travelled", SHARE)],

@@ -1,24 +1,24 @@
 //! The effects of a transmission in words; its input and output may be lengths or angles, and so they have their own units.
 
-use super::clause::{MS, OWN, SHARE, Words, shape, size};
+use super::clause::{MM, MS, OWN, SHARE, Words, shape, size};
 
 pub(super) const WORDS: &[Words] = &[
     Words {
         id: "transmission.gain",
         name: "another gain",
-        clauses: &[size("ratio", "the output moves {} farther than the gain says", SHARE)],
+        clauses: &[size("ratio", "the gain differs by {} from what rig.toml says", SHARE)],
     },
     Words {
         id: "transmission.curvature",
         name: "a gain that changes along the travel",
-        clauses: &[size("share", "the gain grows by {} along the travel", SHARE)],
+        clauses: &[size("share", "the gain changes by {} along the travel", SHARE)],
     },
     Words {
         id: "transmission.dead_zone",
         name: "a dead zone",
         clauses: &[
-            size("width_m", "a reversal takes up a dead zone of {}, not {off}", OWN),
-            size("width_rad", "a reversal takes up a dead zone of {}, not {off}", OWN),
+            size("width_m", "a reversal takes up a dead zone of {}", MM),
+            size("width_rad", "a reversal takes up a dead zone of {}", OWN),
             size("follows", "within it {} of the motion passes", SHARE),
         ],
     },
@@ -26,9 +26,9 @@ pub(super) const WORDS: &[Words] = &[
         id: "transmission.bouc_wen",
         name: "hysteresis that saturates (Bouc–Wen)",
         clauses: &[
-            size("height_m", "hysteresis of Bouc and Wen loses up to {} of the input", OWN),
+            size("height_m", "hysteresis of Bouc and Wen loses up to {} of the input", MM),
             size("height_rad", "hysteresis of Bouc and Wen loses up to {} of the input", OWN),
-            shape("length_m", "it turns round over {}", OWN),
+            shape("length_m", "it turns round over {}", MM),
             shape("length_rad", "it turns round over {}", OWN),
         ],
     },
@@ -39,14 +39,14 @@ pub(super) const WORDS: &[Words] = &[
             size(
                 "height_m",
                 "hysteresis of Prandtl and Ishlinskii loses up to {} of the input",
-                OWN,
+                MM,
             ),
             size(
                 "height_rad",
                 "hysteresis of Prandtl and Ishlinskii loses up to {} of the input",
                 OWN,
             ),
-            shape("radius_m", "its largest stop has a radius of {}", OWN),
+            shape("radius_m", "its largest stop has a radius of {}", MM),
             shape("radius_rad", "its largest stop has a radius of {}", OWN),
         ],
     },
@@ -63,14 +63,14 @@ pub(super) const WORDS: &[Words] = &[
         id: "transmission.compliance",
         name: "compliance under the load",
         clauses: &[
-            size("m_per_n", "the output gives way by {}, not {off}", (1e3, "mm/N")),
-            size("rad_per_nm", "the output gives way by {}, not {off}", OWN),
+            size("m_per_n", "the output gives way by {}", (1e3, "mm/N")),
+            size("rad_per_nm", "the output gives way by {}", OWN),
         ],
     },
     Words {
         id: "transmission.lag",
         name: "a lag that depends on the rate",
-        clauses: &[size("time_s", "the output follows with a time constant of {}, not {off}", MS)],
+        clauses: &[size("time_s", "the output follows with a time constant of {}", MS)],
     },
     Words {
         id: "transmission.latency",
@@ -81,7 +81,7 @@ pub(super) const WORDS: &[Words] = &[
         id: "transmission.offset",
         name: "another zero of the output",
         clauses: &[
-            size("output_m", "the output is off by {} everywhere", OWN),
+            size("output_m", "the output is off by {} everywhere", MM),
             size("output_rad", "the output is off by {} everywhere", OWN),
         ],
     },

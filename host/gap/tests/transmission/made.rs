@@ -103,6 +103,14 @@ impl Made {
         all
     }
 
+    /// Outputs for inputs, without noise, load and lag.
+    #[allow(dead_code, reason = "the table does not play")]
+    pub fn play(&self, inputs: &[f64]) -> Vec<f64> {
+        let mut path = Path1::new(self, inputs[0] / self.travel);
+        let scale = self.gain * (1.0 + self.off) * self.travel;
+        inputs.iter().map(|u| scale * path.next(u / self.travel)).collect()
+    }
+
     pub fn plant(&self, sensors: Sensors, seed: u64) -> Transmission {
         let folder = tempfile::tempdir().unwrap();
         self.write(folder.path(), sensors, seed);

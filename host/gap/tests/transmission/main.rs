@@ -4,6 +4,7 @@ mod made;
 
 use cathforce_gap::diagnose;
 use cathforce_gap::report::{Diagnosis, Verdict};
+use cathforce_gap::transmission::{Compensation, CompensationError};
 
 use made::{Lost, Made, Sensors};
 
@@ -85,6 +86,70 @@ fn where_nothing_is_the_matter_nothing_is_named() {
     for sensors in [Sensors::Fine, Sensors::TwelveBit] {
         let answer = answer(&Made::plain(), sensors);
         assert_eq!(answer.verdict, Verdict::NoGap, "{sensors:?}: {}", answer.sentence);
+        assert!(answer.effects.is_empty());
+    }
+}
+
+/// The inverse that is written makes the model's output the desired one, and on the made transmission far better than
+/// the stated gain.
+#[test]
+fn the_inverse_of_what_was_found_gives_the_desired_output() {
+    for lost in [
+        Lost::DeadZone(0.05, 0.0),
+        Lost::DeadZone(0.05, 0.4),
+        Lost::BoucWen(0.02, 0.03),
+        Lost::PrandtlIshlinskii(0.03, 0.1),
+        Lost::Sheath(0.15),
+    ] {
+        let made = Made { lost, off: 0.05, ..Made::plain() };
+        let plant = made.plant(Sensors::Fine, 7);
+        let answer = diagnose(&plant, "made", &cathforce_gap::unwatched);
+        let own = Compensation::of(&plant, &answer.values(&plant), 201, None).unwrap();
+        let range = own.range()[1] - own.range()[0];
+        assert!(own.by_memory.largest < 1e-6 * range, "{lost:?}: {:?}", own.by_memory);
+        assert!(
+            own.by_table.rms < 0.25 * own.by_gain.rms,
+            "{lost:?}: {:?} {:?}",
+            own.by_table,
+            own.by_gain
+        );
+        for pair in own.rows.windows(2) {
+            assert!(
+                pair[0].rising <= pair[1].rising && pair[0].falling <= pair[1].falling,
+                "{lost:?}"
+            );
+        }
+        // Played on what was made, and not on the model.
+        let [low, high] = own.range();
+        let at = |k: u32| {
+            0.5 * (low + high)
+                + 0.4
+                    * (high - low)
+                    * (1.0 - 0.5 * f64::from(k) / 4000.0)
+                    * (0.008 * f64::from(k)).sin()
+        };
+        let desired: Vec<f64> = (0..4000).map(at).collect();
+        let inputs = own.along(&desired).unwrap();
+        let off = made
+            .play(&inputs)
+            .iter()
+            .zip(&desired)
+            .skip(1000)
+            .fold(0.0, |most: f64, (out, wanted)| most.max((out - wanted).abs()));
+        assert!(off < 5e-3 * range, "{lost:?}: {off} of {range}");
+        let beyond = own.along(&[0.0, 10.0 * range]).unwrap_err();
+        assert!(matches!(beyond, CompensationError::OutOfReach { row: 2, .. }), "{beyond}");
+    }
+}
+
+/// A gain of the other sign, and degrees in the place of radians, are said and nothing is named.
+#[test]
+fn a_wrong_sign_and_wrong_units_are_said() {
+    for (factor, words) in [(-1.0, "runs against the input"), (57.29578, "57.3 times as far")] {
+        let made = Made { off: factor - 1.0, ..Made::plain() };
+        let answer = answer(&made, Sensors::Fine);
+        assert_eq!(answer.verdict, Verdict::Unknown, "{}", answer.sentence);
+        assert!(answer.sentence.contains(words), "{}", answer.sentence);
         assert!(answer.effects.is_empty());
     }
 }

@@ -30,14 +30,18 @@ pub fn maps(maps: &[Map]) -> String {
 fn figure(map: &Map, full: f64) -> String {
     let unit = map.units.of(map.quantity);
     let (what, place) = match map.quantity {
+        Quantity::Force if map.units.of_force() == "output" => ("Output", "the input"),
         Quantity::Force => ("Force", "the length inside (or position)"),
         Quantity::DriveForce => ("Drive force", "the length inside"),
         Quantity::Tip => ("Tip", "the length inside"),
         Quantity::Shape => ("Shape", "the arc length from the entry"),
     };
-    let inside = key(map.quantity, &quantity(full, unit), 0.5 * HEIGHT)
-        + &cells(map, full, unit)
-        + &axes(map);
+    let label = match what {
+        "Output" => "output error",
+        _ => label_of(map.quantity),
+    };
+    let inside =
+        key(label, &quantity(full, unit), 0.5 * HEIGHT) + &cells(map, full, unit) + &axes(map);
     format!(
         "<figure>{}<figcaption>{what} error of the nominal model over {place} and time, trial \
          {:03}: {} RMS, floor {}. Nothing was compared where there is no square.</figcaption>\
@@ -102,10 +106,14 @@ fn axes(map: &Map) -> String {
     drawn
 }
 
+/// What the colours of a quantity are.
+pub fn label_of(quantity: Quantity) -> &'static str {
+    if quantity.is_force() { "force error" } else { "distance" }
+}
+
 /// What the colours mean. `full`: the error that has all of the colour; `y`: of the middle.
-pub fn key(of: Quantity, full: &str, y: f64) -> String {
+pub fn key(label: &str, full: &str, y: f64) -> String {
     let side = 18.0;
-    let label = if of.is_force() { "force error" } else { "distance" };
     let mut drawn = format!("<text x=0 y={:.0}>{label}, RMS</text>", y - 8.0);
     for step in 0..STEPS {
         let _ = write!(
