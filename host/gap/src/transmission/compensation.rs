@@ -151,13 +151,12 @@ impl Compensation {
         if sign < 0.0 {
             branches.swap(0, 1);
         }
-        let ends = |of: fn(&[(f64, f64)]) -> Option<&(f64, f64)>| {
-            branches.each_ref().map(|branch| of(branch).map_or(f64::NAN, |(_, y)| *y))
-        };
-        let lows = ends(|branch| branch.first());
-        let highs = ends(|branch| branch.last());
+        let output = |at: Option<&(f64, f64)>| at.map_or(f64::NAN, |(_, y)| *y);
+        let lows = branches.each_ref().map(|branch| output(branch.first()));
+        let highs = branches.each_ref().map(|branch| output(branch.last()));
         let (low, high) = (lows[0].max(lows[1]), highs[0].min(highs[1]));
-        if !(low < high) {
+        let is_reached = low < high;
+        if !is_reached {
             return Err(CompensationError::NoRange);
         }
         let last = rows.max(2) - 1;

@@ -17,7 +17,7 @@ impl Table {
         let text = text.trim_start_matches('\u{feff}');
         let mut lines = text.lines().enumerate().map(|(i, line)| (i as u64 + 1, line));
         let heading = lines.find(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-        let Some((first, heading)) = heading else {
+        let Some((_, heading)) = heading else {
             return Err(ImportError::new(1, "the file is empty", "give a log with a heading"));
         };
         let count = |separator: char| heading.matches(separator).count();
@@ -40,14 +40,7 @@ impl Table {
             }
             let fields = split(text);
             if fields.len() != names.len() {
-                let last = text.len() > 0 && line == first + rows.len() as u64 + 1;
-                let is_cut = last && text.lines().count() == 1 && fields.len() < names.len();
-                let fix = match is_cut {
-                    true => "take out the line if the log was cut there",
-                    false => {
-                        "mend the line: a field may hold the separator without quotes around it"
-                    }
-                };
+                let fix = "mend the line, or take it out where the log was cut: a field may hold the separator without quotes around it";
                 let problem =
                     format!("the row has {} fields, the heading {}", fields.len(), names.len());
                 return Err(ImportError::new(line, problem, fix));
