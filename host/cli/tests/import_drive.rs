@@ -298,6 +298,6 @@ fn a_transmission_is_made_diagnosed_and_compensated() {
     refused(
         path,
         &["gap", "apply", "cable", "--diagnosis", "answer.json", "--dry-run"],
-        &["no catheter's trial"],
+        &["is of a transmission", "gap compensate"],
     );
 }

@@ -113,7 +113,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
         id: "drive.friction_drift",
         plant: Plant::Drive,
-        doc: "Friction that changes in the course of a trial, as where the axis warms up.",
+        doc: "Dry friction that changes in the course of a trial, as where the axis warms up.",
         parameters: &[],
         start_values: &[],
         channels: &[DriveCommand],

@@ -5,7 +5,7 @@
 //! > F = e (M q̈ + L + f(q, q̇)) + D q̇,   f = F_c s + F_v q̇ + F_s exp(−(q̇/v_s)²) s + μ |M q̈ + L| s
 //! >     + F_0 + A cos(2π q/λ) + B sin(2π q/λ),   δ ds/d|q| = tanh(q̇/v_ε) − s
 //!
-//! All friction but the offset and the ripple may change evenly with the time, as it does where an axis warms up.
+//! Dry friction may change evenly in the course of a trial, as it does where an axis warms up.
 //! L is a load that is known, and D q̇ what the voltage that a motor induces takes from one that is given a
 //! voltage. Of a rotary axis q is an angle, F a torque and M an inertia.
 //!
@@ -214,9 +214,9 @@ pub fn library(scale: &Scale, kind: Kind) -> Vec<Effect> {
         ),
         effect(
             "drive.friction_drift",
-            "friction changes in the course of a trial, as where the axis warms up",
-            vec![signed("ratio", "1", 0.8, 0.1)],
-            &[&[0.1], &[-0.1], &[-0.3]],
+            "dry friction changes in the course of a trial, as where the axis warms up",
+            vec![signed(force, newton, 2.0 * f, 0.1 * f)],
+            &[&[0.1 * f], &[-0.1 * f]],
             &["sensor.drift"],
         ),
         effect(
@@ -307,7 +307,7 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
     let rippled = cosine != 0.0 || sine != 0.0;
     let dt_s = motion.dt_s;
     let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
-    // By the end of the trial, over what friction is in its middle.
+    // By the end of the trial, beside what friction is in its middle.
     let warming = value(Is::FrictionDrift, 0);
     let lag = value(Is::TimeConstant, 0);
     let sign = direction(motion, axis.turnover_m_per_s, value(Is::Coulomb, 1));
@@ -322,7 +322,7 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
         }
         friction += value(Is::LoadFriction, 0) * carried.abs() * sign;
         if warming != 0.0 {
-            friction *= 1.0 + warming * (i as f64 * dt_s / middle_s - 1.0);
+            friction += warming * sign * (i as f64 * dt_s / middle_s - 1.0);
         }
         friction += value(Is::Offset, 0);
         if rippled {

@@ -66,12 +66,19 @@ pub(super) const WORDS: &[Words] = &[
     },
     Words {
         id: "drive.friction_drift",
-        name: "friction that changes with the time",
-        clauses: &[size(
-            "ratio",
-            "friction changes by {} from the middle to the end of a trial",
-            SHARE,
-        )],
+        name: "dry friction that changes with the time",
+        clauses: &[
+            size(
+                "force_n",
+                "dry friction changes by {} from the middle to the end of a trial",
+                OWN,
+            ),
+            size(
+                "torque_nm",
+                "dry friction changes by {} from the middle to the end of a trial",
+                OWN,
+            ),
+        ],
     },
     Words {
         id: "drive.encoder_scale",

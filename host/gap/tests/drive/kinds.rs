@@ -138,22 +138,16 @@ fn friction_that_drives_is_an_error_of_sign() {
 #[test]
 fn friction_that_falls_in_the_course_of_a_trial_is_a_drift_of_friction() {
     // Both trials last 8 s, and nothing repeats itself: what changes from run to run is no gap but the floor.
-    let friction = |t: f64, now: &crate::made::Instant| {
-        (coulomb(t, now) + 30.0 * now.velocity_m_per_s) * (1.0 - 0.3 * (t / 4.0 - 1.0))
-    };
+    let friction =
+        |t: f64, now: &crate::made::Instant| coulomb(t, now) * (1.0 - 0.3 * (t / 4.0 - 1.0));
     let folder = bundle(&[(8.0, 0.1), (8.0, 0.06)], 0.0, 1.0, friction);
     let answer = answer(&Bundle::open(folder.path()).unwrap());
     let mut named = names(&answer);
     named.sort_unstable();
-    assert_eq!(
-        named,
-        ["drive.coulomb", "drive.friction_drift", "drive.viscous"],
-        "{}",
-        answer.sentence()
-    );
+    assert_eq!(named, ["drive.coulomb", "drive.friction_drift"], "{}", answer.sentence());
     let drift = answer.effects.iter().find(|own| own.id == "drive.friction_drift").unwrap();
-    let ratio = drift.parameters["ratio"].value;
-    assert!((ratio / -0.3 - 1.0).abs() < 0.05, "{ratio}");
+    let by_n = drift.parameters["force_n"].value;
+    assert!((by_n / (-0.3 * 6.0) - 1.0).abs() < 0.05, "{by_n}");
 }
 
 /// A bristle turns friction round over 60 µm: that is the form of Dahl, with less friction at speed that of LuGre.
