@@ -108,8 +108,9 @@ fn the_inverse_of_what_was_found_gives_the_desired_output() {
         let range = own.range()[1] - own.range()[0];
         assert!(own.by_memory.largest < 1e-6 * range, "{lost:?}: {:?}", own.by_memory);
         // Right after a reversal a table is not exact: hysteresis turns round over a length of its own.
+        let share = if matches!(lost, Lost::DeadZone(..)) { 0.25 } else { 1.0 };
         assert!(
-            own.by_table.rms < 0.5 * own.by_gain.rms,
+            own.by_table.rms < share * own.by_gain.rms,
             "{lost:?}: {:?} {:?}",
             own.by_table,
             own.by_gain
