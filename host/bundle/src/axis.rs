@@ -10,6 +10,14 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// Of its positions.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Linear => "m",
+            Self::Rotary => "rad",
+        }
+    }
+
     /// In words.
     pub fn word(self) -> &'static str {
         match self {

@@ -13,7 +13,8 @@
 //! `guidewire_rotation_rad`, optionally `guidewire_drive_fx_N`; with tendons that drives pull
 //! `tendon_1_m` and so on. Of a drive's: `t_s`, `position_m`, `drive_command_N`; optionally
 //! `setpoint_m` and `load_N`; of a rotary one with `rad` and `Nm`; `motor_current_A` or
-//! `motor_voltage_V` may stand for the command. Units are SI unless a name ends in another; positions, directions
+//! `motor_voltage_V` may stand for the command. Of a transmission's: `t_s`, `input_m` or `input_rad`, `output_m`
+//! or `output_rad`; optionally `load_N` or `load_Nm`, and `bend_rad`. Units are SI unless a name ends in another; positions, directions
 //! and forces are given in the right-handed frame of the vessel.
 
 use std::path::{Path, PathBuf};
@@ -21,14 +22,15 @@ use std::path::{Path, PathBuf};
 pub use crate::axis::{Axis, CommandKind};
 pub use crate::driven::Driven;
 pub use crate::rig::{
-    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCarried, RigCause,
-    RigDrivenTendon, RigEntry, RigEnvironment, RigInstrument, RigMotor, RigPendulum, RigPriors,
-    RigSection, RigSensor, RigTendon, RigVessel, TipPiece, WallRegion,
+    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigBoucWen, RigCarried,
+    RigCause, RigDrivenTendon, RigEntry, RigEnvironment, RigInstrument, RigMotor, RigPendulum,
+    RigPrandtlIshlinskii, RigPriors, RigSection, RigSensor, RigSheath, RigTendon, RigVessel,
+    TipPiece, TransmissionRig, WallRegion,
 };
 pub use crate::trial::{
     CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,
-    Holes, LONGEST_GAP_S, LeftOut, Rush, Trial, TrialCause, TrialData, VectorColumn, columns,
-    read_foreign,
+    Holes, LONGEST_GAP_S, LeftOut, Rush, TransmissionTrial, Trial, TrialCause, TrialData,
+    VectorColumn, columns, read_foreign,
 };
 
 use crate::error::{BundleError, Cause, read_bytes, read_text};
@@ -116,11 +118,11 @@ impl Bundle {
         })
     }
 
-    /// The rig of a catheter; `None` for a drive.
+    /// The rig of a catheter; `None` for a drive and for a transmission.
     pub fn catheter(&self) -> Option<&CatheterRig> {
         match &self.rig.plant {
             Plant::Catheter(catheter) => Some(catheter),
-            Plant::Drive(_) => None,
+            Plant::Drive(_) | Plant::Transmission(_) => None,
         }
     }
 
@@ -283,6 +285,7 @@ fn read_trials(
                 Trial::parse_catheter(number, &text, has_guidewire, rig.tendons.len())
             }
             Plant::Drive(rig) => Trial::parse_drive(number, &text, rig),
+            Plant::Transmission(rig) => Trial::parse_transmission(number, &text, rig),
         };
         let Parsed { trial, remarks } =
             trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;

@@ -12,6 +12,8 @@ pub enum TemplatePlant {
     Catheter,
     /// One axis on its own.
     Drive,
+    /// What carries a motion from a drive to where it is used.
+    Transmission,
 }
 
 /// The files of a bundle that reads without a warning: path within the bundle, and text.
@@ -32,6 +34,12 @@ pub fn template(plant: TemplatePlant, name: &str) -> Vec<(&'static str, String)>
             ("README.md", own(include_str!("template/drive.md"))),
             ("rig.toml", own(include_str!("template/drive.toml"))),
             ("trials/000.csv", swings()),
+        ],
+        TemplatePlant::Transmission => vec![
+            ("README.md", own(include_str!("template/transmission.md"))),
+            ("rig.toml", own(include_str!("template/transmission.toml"))),
+            ("trials/000.csv", carried(0.3, 2)),
+            ("trials/001.csv", carried(0.37, 3)),
         ],
     }
 }
@@ -118,6 +126,32 @@ fn swings() -> String {
     text
 }
 
+/// What comes out of a cable with a dead zone, for two swings of the input that beat.
+fn carried(rate_hz: f64, seed: u64) -> String {
+    const ROWS_PER_S: f64 = 100.0;
+    const ROWS: u32 = 2501;
+    // As rig.toml states them.
+    const INPUT_NOISE_M: f64 = 1e-6;
+    const OUTPUT_NOISE_M: f64 = 5e-6;
+    // As README.md states them.
+    const GAIN: f64 = 0.97;
+    const DEAD_ZONE_M: f64 = 4e-4;
+
+    let mut noise = Noise(seed);
+    let mut text = [columns::TIME, columns::INPUTS[0], columns::OUTPUTS[0]].join(",") + "\n";
+    let mut held_m = 0.0_f64;
+    for row in 0..ROWS {
+        let t_s = f64::from(row) / ROWS_PER_S;
+        let swing = |size_m: f64, hz: f64| size_m * (std::f64::consts::TAU * hz * t_s).sin();
+        let input_m = swing(0.008, rate_hz) + swing(0.004, 0.31 * rate_hz);
+        held_m = held_m.clamp(input_m - 0.5 * DEAD_ZONE_M, input_m + 0.5 * DEAD_ZONE_M);
+        let output_m = GAIN * held_m + OUTPUT_NOISE_M * noise.draw();
+        let input_m = input_m + INPUT_NOISE_M * noise.draw();
+        row!(text, "{t_s:.2},{input_m:.7},{output_m:.7}");
+    }
+    text
+}
+
 /// Numbers that look normally distributed, with a standard deviation of 1: sums of twelve evenly
 /// distributed ones. The same on every computer.
 struct Noise(u64);
@@ -144,7 +178,8 @@ mod tests {
     use crate::bundle::Rig;
     use crate::rig::known_keys;
 
-    const PLANTS: [TemplatePlant; 2] = [TemplatePlant::Catheter, TemplatePlant::Drive];
+    const PLANTS: [TemplatePlant; 3] =
+        [TemplatePlant::Catheter, TemplatePlant::Drive, TemplatePlant::Transmission];
 
     fn rig_toml(plant: TemplatePlant) -> String {
         let files = template(plant, "my rig");
@@ -203,7 +238,8 @@ mod tests {
             let bundle = bundle.unwrap();
             assert_eq!(bundle.warnings, [], "{plant:?}");
             assert_eq!(bundle.rig.name, "a--rig-");
-            assert_eq!(bundle.trials.len(), 1);
+            let trials = if plant == TemplatePlant::Transmission { 2 } else { 1 };
+            assert_eq!(bundle.trials.len(), trials);
         }
     }
 

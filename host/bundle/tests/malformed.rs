@@ -116,7 +116,7 @@ fn a_misspelt_plant_is_blamed_and_not_the_keys_that_only_it_has() {
     let rig = "format = \"trial-bundle/1\"\nname = \"axis\"\nplant = \"drives\"\n\n[drive]\n\
                moving_mass_kg = 95.1\n";
     let says = refusal("rig.toml", rig, place_of(rig, "\"drives\""));
-    assert_says(&says, &["`plant` is \"drives\"", "\"catheter\" and \"drive\""]);
+    assert_says(&says, &["`plant` is \"drives\"", "\"catheter\", \"drive\" and \"transmission\""]);
 }
 
 /// A table of the other plant is not reported as a misspelt key.

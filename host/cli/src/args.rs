@@ -8,12 +8,14 @@
 mod bundle;
 mod calibrate;
 mod camera;
+mod clock;
 mod config;
 mod dash;
 mod filter;
 mod gap;
 mod haptics;
 mod identify;
+mod import_drive;
 mod installed;
 mod link;
 mod lumen;
@@ -52,13 +54,17 @@ pub use dash::DashArguments;
 pub use filter::FilterArguments;
 pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
-    BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
-    DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
-    SpikeInArguments, Strangers, VerifyArguments, Way,
+    BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CompensateArguments,
+    CoverageArguments, DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments,
+    ProtocolArguments, SpikeInArguments, Strangers, VerifyArguments, Way,
 };
 pub use haptics::{HapticsArguments, OperatorAxis};
 pub use identify::{
     IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,
+};
+pub use import_drive::{
+    ImportDriveArguments, ImportDynamixelArguments, ImportJointArguments, ImportMoteusArguments,
+    ImportOdriveArguments, IntoBundle,
 };
 pub use installed::{DemoArguments, FlashArguments, Programmer};
 #[cfg(feature = "dash")]

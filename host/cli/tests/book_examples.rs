@@ -51,6 +51,7 @@ pages! {
     the_first_diagnosis: "docs/tutorial/first-diagnosis.md",
     describing_a_rig: "docs/how-to/describe-your-rig.md",
     identifying_a_drive: "docs/how-to/identify-a-drive.md",
+    identifying_a_transmission: "docs/how-to/identify-a-transmission.md",
     importing_measurements: "docs/how-to/import-measurements.md",
     reading_a_fault: "docs/how-to/read-a-fault.md",
     what_the_operator_feels: "docs/explanation/haptics.md",

@@ -111,6 +111,16 @@ pub(crate) const EFFECTS: &[Effect] = &[
         confused_with: &["drive.coulomb"],
     },
     Effect {
+        id: "drive.friction_drift",
+        plant: Plant::Drive,
+        doc: "Dry friction that changes in the course of a trial, as where the axis warms up.",
+        parameters: &[],
+        start_values: &[],
+        channels: &[DriveCommand],
+        excited_by: "long trials of one motion",
+        confused_with: &["sensor.drift"],
+    },
+    Effect {
         id: "drive.offset",
         plant: Plant::Drive,
         doc: "A constant force: friction that depends on the direction, or a tilted axis.",

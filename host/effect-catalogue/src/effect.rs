@@ -11,6 +11,8 @@ pub enum Plant {
     Catheter,
     /// One axis on its own: mass, force command, position.
     Drive,
+    /// What carries a motion from a drive to where it is used.
+    Transmission,
 }
 
 /// A measured channel, by its columns in a trial.
@@ -31,6 +33,9 @@ pub enum Channel {
     /// `drive_command_N` of a drive.
     #[serde(rename = "drive_command")]
     DriveCommand,
+    /// `output_m` or `output_rad` of a transmission.
+    #[serde(rename = "output")]
+    Output,
 }
 
 /// The role of a parameter in a fit.

@@ -10,13 +10,16 @@ mod drive;
 mod effect;
 mod instrument;
 mod sensor;
+mod transmission;
 mod vessel;
 
 pub use effect::{Channel, Effect, Parameter, Plant, Role};
 
 /// Every effect, group by group.
 pub fn all() -> impl Iterator<Item = &'static Effect> {
-    [drive::EFFECTS, vessel::EFFECTS, instrument::EFFECTS, sensor::EFFECTS].into_iter().flatten()
+    [drive::EFFECTS, vessel::EFFECTS, instrument::EFFECTS, sensor::EFFECTS, transmission::EFFECTS]
+        .into_iter()
+        .flatten()
 }
 
 impl Effect {

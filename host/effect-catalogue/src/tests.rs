@@ -11,6 +11,7 @@ use super::*;
 const IDENTIFIERS: &str = "\
     drive.ripple drive.slip drive.backlash drive.encoder_scale drive.latency \
     drive.coulomb drive.viscous drive.stribeck drive.load_friction drive.offset \
+    drive.friction_drift \
     entry.drag entry.guide \
     contact.friction contact.stribeck contact.load_friction \
     wall.stiffness wall.hyperelastic wall.viscoelastic wall.motion \
@@ -18,7 +19,10 @@ const IDENTIFIERS: &str = "\
     instrument.stiffness instrument.stored_curvature instrument.tip_precurve \
     instrument.torsional_windup instrument.viscoelastic instrument.softening \
     instrument.weight tendon.friction tendon.slack fluid.drag \
-    sensor.bias sensor.drift sensor.gain sensor.misalignment sensor.time_constant";
+    sensor.bias sensor.drift sensor.gain sensor.misalignment sensor.time_constant \
+    transmission.gain transmission.curvature transmission.dead_zone transmission.bouc_wen \
+    transmission.prandtl_ishlinskii transmission.sheath transmission.compliance transmission.lag \
+    transmission.latency transmission.offset transmission.drift";
 
 fn example() -> Bundle {
     Bundle::open(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none"))

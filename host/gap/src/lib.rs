@@ -21,7 +21,7 @@
 //! | `calibrating` | gives a calibration the residuals of settings that somebody names |
 //! | `wording` | says effects, their values and places in plain words |
 //! | `diagnosis` | runs all of the above and assembles the answer (`report`) |
-//! | `catheter`, `drive` | the two kinds of rig as plants |
+//! | `catheter`, `drive`, `transmission` | the kinds of rig as plants |
 
 #![forbid(unsafe_code)]
 
@@ -45,6 +45,7 @@ mod searching;
 mod signal;
 #[cfg(any(test, feature = "toy"))]
 pub mod toy;
+pub mod transmission;
 pub mod wording;
 
 pub use cathforce_recording::{COLUMNS, Coverage, Covered};

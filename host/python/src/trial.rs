@@ -63,6 +63,17 @@ fn columns_of(trial: &Trial) -> Columns {
                 add(load, column.clone());
             }
         }
+        TrialData::Transmission(data) => {
+            let [input, output, load] = columns::of_transmission(data.input_kind, data.output_kind);
+            add(input, data.input.clone());
+            add(output, data.output.clone());
+            if let Some(column) = &data.load {
+                add(load, column.clone());
+            }
+            if let Some(column) = &data.bend_rad {
+                add(columns::BEND, column.clone());
+            }
+        }
     }
     all
 }

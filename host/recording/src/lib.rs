@@ -41,7 +41,7 @@ pub use container::{Cut, Damage};
 pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };
-pub use export::bundle::{write_bundle, write_drive, write_trial};
+pub use export::bundle::{write_bundle, write_drive, write_transmission, write_trial};
 pub use export::columns::{Column, tick_columns};
 #[cfg(feature = "parquet")]
 pub use export::parquet_file::write_ticks_parquet;

@@ -168,7 +168,7 @@ fn damaged_tables_are_taken_or_refused_with_a_line() {
     let maps = [ColumnMap::parse("rotation_rad=angle*0.0174").unwrap()];
     let catheter = |text: &[u8]| match read_csv(text, &maps)?.trial {
         ImportedTrial::Catheter(trial) => Ok::<_, ImportError>(trial),
-        ImportedTrial::Drive(..) => panic!("a catheter's"),
+        ImportedTrial::Drive(..) | ImportedTrial::Transmission(..) => panic!("a catheter's"),
     };
     let motion = catheter(&table("t_s,insertion_m,angle,fx_N,fy_N,fz_N")).unwrap();
     let refused = refused(3, &table("t_s,insertion_m,angle,fx_N,fy_N,fz_N"), |text| {

@@ -1,5 +1,25 @@
 //! Keys of the tables of `rig.toml` that are read in more than one place.
 
+/// As `plant` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PlantKind {
+    Catheter,
+    Drive,
+    Transmission,
+}
+
+impl PlantKind {
+    pub(super) const ALL: [Self; 3] = [Self::Catheter, Self::Drive, Self::Transmission];
+
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Catheter => "catheter",
+            Self::Drive => "drive",
+            Self::Transmission => "transmission",
+        }
+    }
+}
+
 pub(super) const ENTRY_KEYS: [&str; 4] = ["position_m", "direction", "up", "guide_length_m"];
 
 pub(super) const VESSEL_KEYS: [&str; 5] = [

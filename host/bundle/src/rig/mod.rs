@@ -10,6 +10,7 @@ mod priors;
 mod read;
 mod tendon;
 mod toml_reader;
+mod transmission;
 mod types;
 
 pub use cause::{BeyondModel, RigCause};
@@ -23,6 +24,7 @@ pub use tendon::RigTendon;
 #[cfg(test)]
 pub(crate) use toml_reader::known_keys;
 pub(crate) use toml_reader::{RigWarning, place_of_key};
+pub use transmission::{RigBoucWen, RigPrandtlIshlinskii, RigSheath, TransmissionRig};
 pub use types::{
     CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel, WallRegion,
 };

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::instrument::{
     GUIDEWIRE, INSTRUMENT, INSTRUMENT_KEYS, PRECURVE_KEYS, RigInstrument, SECTION_KEYS,
 };
-use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS};
+use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, PlantKind, SENSOR_KEYS, VESSEL_KEYS};
 use super::priors::prior_keys;
 use super::toml_reader::{RigWarning, TableReader};
 use super::types::{Plant, Rig};
@@ -134,12 +134,19 @@ fn usual(table: &TableReader<'_>, expected: &[Usual], warnings: &mut Vec<RigWarn
 
 /// Adds warnings about what looks wrong in a rig that could be read.
 pub(crate) fn check(root: &TableReader<'_>, rig: &Rig, warnings: &mut Vec<RigWarning>) {
-    if let Some(sensor) = root.optional_table("sensor", &SENSOR_KEYS) {
+    let kind = match rig.plant {
+        Plant::Catheter(_) => PlantKind::Catheter,
+        Plant::Drive(_) => PlantKind::Drive,
+        Plant::Transmission(_) => PlantKind::Transmission,
+    };
+    if kind != PlantKind::Transmission
+        && let Some(sensor) = root.optional_table("sensor", &SENSOR_KEYS)
+    {
         usual(&sensor, &SENSOR, warnings);
     }
-    let is_drive = matches!(rig.plant, Plant::Drive(_));
-    if let Some(priors) = root.optional_table("priors", prior_keys(is_drive)) {
-        usual(&priors, if is_drive { &PRIORS[..1] } else { &PRIORS }, warnings);
+    if let Some(priors) = root.optional_table("priors", prior_keys(kind)) {
+        let is_catheter = kind == PlantKind::Catheter;
+        usual(&priors, if is_catheter { &PRIORS } else { &PRIORS[..1] }, warnings);
     }
     let Plant::Catheter(catheter) = &rig.plant else { return };
 

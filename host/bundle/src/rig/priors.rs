@@ -1,6 +1,7 @@
 //! Table `[priors]`: how well the rig is known.
 
 use super::drive::refuse_other_axis;
+use super::keys::PlantKind;
 use super::toml_reader::{POSITIVE, TableReader};
 use crate::axis::Axis;
 
@@ -22,6 +23,8 @@ pub struct RigPriors {
     pub wall_sd_m: Option<f64>,
     /// How much farther the wall may be off where it bends into the lumen, as where a vessel divides.
     pub wall_at_junctions_sd_m: Option<f64>,
+    /// Of the zero of a transmission's output, in its unit.
+    pub output_zero_sd: Option<f64>,
 }
 
 const CATHETER_KEYS: [&str; 7] = [
@@ -36,16 +39,23 @@ const CATHETER_KEYS: [&str; 7] = [
 /// A drive on its own touches nothing, so it has no priors of vessel or wall.
 const DRIVE_KEYS: [&str; 3] = ["force_bias_sd_N", "time_shift_sd_s", "torque_bias_sd_Nm"];
 
+const TRANSMISSION_KEYS: [&str; 3] = ["output_zero_sd_m", "output_zero_sd_rad", "time_shift_sd_s"];
+
 /// The keys that a rig may have.
-pub(super) const fn prior_keys(is_drive: bool) -> &'static [&'static str] {
-    if is_drive { &DRIVE_KEYS } else { &CATHETER_KEYS }
+pub(super) const fn prior_keys(plant: PlantKind) -> &'static [&'static str] {
+    match plant {
+        PlantKind::Catheter => &CATHETER_KEYS,
+        PlantKind::Drive => &DRIVE_KEYS,
+        PlantKind::Transmission => &TRANSMISSION_KEYS,
+    }
 }
 
 /// Reads the priors that are stated.
 ///
 /// `axis`: of a drive on its own.
 pub(super) fn read_priors(root: &TableReader<'_>, axis: Option<Axis>) -> RigPriors {
-    let Some(table) = root.optional_table("priors", prior_keys(axis.is_some())) else {
+    let plant = if axis.is_some() { PlantKind::Drive } else { PlantKind::Catheter };
+    let Some(table) = root.optional_table("priors", prior_keys(plant)) else {
         return RigPriors::default();
     };
     let bias = match axis {
@@ -64,5 +74,6 @@ pub(super) fn read_priors(root: &TableReader<'_>, axis: Option<Axis>) -> RigPrio
         registration_sd_rad: number("registration_sd_rad"),
         wall_sd_m: number("wall_sd_m"),
         wall_at_junctions_sd_m: number("wall_at_junctions_sd_m"),
+        output_zero_sd: None,
     }
 }

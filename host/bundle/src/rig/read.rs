@@ -7,11 +7,14 @@ use super::cause::RigCause;
 use super::drive::{read_drive, refuse_other_axis};
 use super::driven_tendons::{TENDONS, read_driven_tendons};
 use super::instrument::{read_guidewire, read_instrument};
-use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS, WALL_REGIONS};
+use super::keys::{
+    ENTRY_KEYS, ENVIRONMENT_KEYS, PlantKind, SENSOR_KEYS, VESSEL_KEYS, WALL_REGIONS,
+};
 use super::plausible;
 use super::priors::read_priors;
 use super::tendon::read_tendon;
 use super::toml_reader::{Fault, Faults, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
+use super::transmission::{self, read_transmission};
 use super::types::{
     CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel, WallRegion,
 };
@@ -43,6 +46,17 @@ const CATHETER_KEYS: [&str; 13] = [
     "nominal",
 ];
 const DRIVE_KEYS: [&str; 7] = ["format", "name", "plant", "drive", "sensor", "priors", "nominal"];
+const TRANSMISSION_KEYS: [&str; 7] =
+    ["format", "name", "plant", "transmission", "sensor", "priors", "nominal"];
+
+/// The keys of a document, which depend on its plant.
+const fn keys_of(plant: PlantKind) -> &'static [&'static str] {
+    match plant {
+        PlantKind::Catheter => &CATHETER_KEYS,
+        PlantKind::Drive => &DRIVE_KEYS,
+        PlantKind::Transmission => &TRANSMISSION_KEYS,
+    }
+}
 
 impl Rig {
     /// Reads the text of `rig.toml`. Unknown and missing keys, wrong types and impossible values are
@@ -58,8 +72,8 @@ impl Rig {
         })?;
         let faults = Faults::default();
         let root = TableReader::document(source, document.get_ref(), &faults);
-        let is_drive = is_drive(&root).map_err(alone)?;
-        let read = read(&root, is_drive);
+        let plant = plant(&root).map_err(alone)?;
+        let read = read(&root, plant);
         let mut found = faults.take().into_iter();
         match found.next() {
             None => Ok(read),
@@ -68,34 +82,40 @@ impl Rig {
     }
 }
 
-fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
+fn read(root: &TableReader<'_>, kind: PlantKind) -> (Rig, Vec<RigWarning>) {
     let mut warnings = Vec::new();
-    let plant = if is_drive {
-        Plant::Drive(read_drive(root))
-    } else {
-        let instrument = read_instrument(root);
-        Plant::Catheter(Box::new(CatheterRig {
-            guidewire: read_guidewire(root, &instrument),
-            tendon: read_tendon(root, &instrument),
-            tendons: read_driven_tendons(root, &instrument),
-            instrument,
-            entry: entry(root, &mut warnings),
-            vessel: vessel(root),
-            environment: environment(root),
-        }))
+    let plant = match kind {
+        PlantKind::Drive => Plant::Drive(read_drive(root)),
+        PlantKind::Transmission => Plant::Transmission(read_transmission(root)),
+        PlantKind::Catheter => {
+            let instrument = read_instrument(root);
+            Plant::Catheter(Box::new(CatheterRig {
+                guidewire: read_guidewire(root, &instrument),
+                tendon: read_tendon(root, &instrument),
+                tendons: read_driven_tendons(root, &instrument),
+                instrument,
+                entry: entry(root, &mut warnings),
+                vessel: vessel(root),
+                environment: environment(root),
+            }))
+        }
     };
-    let axis = match &plant {
-        Plant::Drive(drive) => Some(drive.axis),
-        Plant::Catheter(_) => None,
+    let (sensor, priors) = match &plant {
+        Plant::Drive(drive) => {
+            (sensor(root, Some(drive.axis)), read_priors(root, Some(drive.axis)))
+        }
+        Plant::Transmission(own) => {
+            (transmission::read_sensor(root, own), transmission::read_priors(root, own))
+        }
+        Plant::Catheter(_) => (sensor(root, None), read_priors(root, None)),
     };
-    let sensor = sensor(root, axis);
     let nominal = root.optional_table("nominal", &["note"]);
     let note = nominal.and_then(|nominal| nominal.optional_text("note"));
     let rig = Rig {
         name: root.text("name").to_owned(),
         plant,
         sensor,
-        priors: read_priors(root, axis),
+        priors,
         note: note.map(|(text, _)| text.to_owned()),
     };
     if root.fault_count() == 0 {
@@ -107,32 +127,31 @@ fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
 /// Checks the format and the keys of the document, which depend on its plant.
 ///
 /// `Err`: the fault that makes every other key of the document doubtful.
-fn is_drive(root: &TableReader<'_>) -> Result<bool, Fault> {
+fn plant(root: &TableReader<'_>) -> Result<PlantKind, Fault> {
     if let Some((format, place)) = root.optional_text("format")
         && format != FORMAT
     {
         return Err((place, choice("format", format, "\"trial-bundle/1\"")));
     }
-    let is_drive = match root.optional_text("plant") {
-        None | Some(("catheter", _)) => false,
-        Some(("drive", _)) => true,
-        Some((other, place)) => {
-            return Err((place, choice("plant", other, "\"catheter\" and \"drive\"")));
+    let own = match root.optional_text("plant") {
+        None => PlantKind::Catheter,
+        Some((text, place)) => {
+            let known = "\"catheter\", \"drive\" and \"transmission\"";
+            let named = PlantKind::ALL.into_iter().find(|kind| kind.word() == text);
+            named.ok_or_else(|| (place, choice("plant", text, known)))?
         }
     };
-    let (known, others) = match is_drive {
-        true => (&DRIVE_KEYS[..], &CATHETER_KEYS[..]),
-        false => (&CATHETER_KEYS[..], &DRIVE_KEYS[..]),
-    };
-    if let Some((key, place)) = root.first_key(|key| !known.contains(&key))
-        && others.contains(&key)
-    {
-        let [own, other] = if is_drive { ["drive", "catheter"] } else { ["catheter", "drive"] };
-        return Err((place, RigCause::OtherPlant { key: key.to_owned(), own, other }));
+    let known = keys_of(own);
+    if let Some((key, place)) = root.first_key(|key| !known.contains(&key)) {
+        let other = PlantKind::ALL.into_iter().find(|kind| keys_of(*kind).contains(&key));
+        if let Some(other) = other {
+            let (own, other) = (own.word(), other.word());
+            return Err((place, RigCause::OtherPlant { key: key.to_owned(), own, other }));
+        }
     }
     root.check_keys(known);
     root.text("format");
-    Ok(is_drive)
+    Ok(own)
 }
 
 fn choice(key: &'static str, found: &str, known: &'static str) -> RigCause {
@@ -271,5 +290,6 @@ fn sensor(root: &TableReader<'_>, axis: Option<Axis>) -> RigSensor {
         insertion_resolution_m: number("insertion_resolution_m"),
         rotation_resolution_rad: number("rotation_resolution_rad"),
         position_noise_sd_m: number(position),
+        output_noise_sd: None,
     }
 }

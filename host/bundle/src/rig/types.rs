@@ -5,6 +5,7 @@ use super::driven_tendons::RigDrivenTendon;
 use super::instrument::RigInstrument;
 use super::priors::RigPriors;
 use super::tendon::RigTendon;
+use super::transmission::TransmissionRig;
 
 /// Table `[entry]`; `direction` and `up` are orthonormal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +74,10 @@ pub struct RigSensor {
     pub shape_noise_sd_m: Option<f64>,
     pub insertion_resolution_m: Option<f64>,
     pub rotation_resolution_rad: Option<f64>,
+    /// Of a drive's position, and of a transmission's input.
     pub position_noise_sd_m: Option<f64>,
+    /// Of a transmission's output, in its unit.
+    pub output_noise_sd: Option<f64>,
 }
 
 /// A catheter, or a guidewire on its own, in a vessel.
@@ -96,6 +100,7 @@ pub struct CatheterRig {
 pub enum Plant {
     Catheter(Box<CatheterRig>),
     Drive(DriveRig),
+    Transmission(TransmissionRig),
 }
 
 /// All of `rig.toml`.

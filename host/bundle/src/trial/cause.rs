@@ -47,6 +47,18 @@ pub enum TrialCause {
     TwoCommands { column: &'static str, beside: &'static str },
     #[error("column `{0}` is of a motor, but rig.toml has no [drive.motor]")]
     NoMotor(&'static str),
+    #[error(
+        "column `{column}` is not in {own}, the unit that the key of the gain in [transmission] has for it"
+    )]
+    OtherGain { column: &'static str, own: &'static str },
+    #[error("columns `{column}` and `{beside}` are the same position in two units")]
+    Same { column: &'static str, beside: &'static str },
+    #[error("column `{column}` is not the load of this output, which is `{load}`")]
+    OtherLoad { column: &'static str, load: &'static str },
+    #[error("column `{0}` is of a sheath, but rig.toml has no [transmission.sheath]")]
+    NoSheath(&'static str),
+    #[error("column `{0}` is negative; it is a sum of angles without their signs")]
+    NegativeBend(&'static str),
     #[error("column `{0}` is in volts, but [drive.motor] of rig.toml has no resistance_ohm")]
     NoResistance(&'static str),
 }
@@ -117,6 +129,20 @@ impl TrialCause {
                  it is stated"
                     .into()
             }
+            TrialCause::OtherGain { .. } => {
+                "write gain_m_per_m, gain_rad_per_m, gain_m_per_rad or gain_rad_per_rad: output per input"
+                    .into()
+            }
+            TrialCause::Same { .. } => "keep the one in the unit of the gain".into(),
+            TrialCause::OtherLoad { .. } => {
+                "give newtons for an output in metres, newton metres for one in radians".into()
+            }
+            TrialCause::NoSheath(_) => {
+                "add the table [transmission.sheath] with friction_coefficient, bend_rad, pull_N and \
+                 tendon_N_per_m, or take the column out"
+                    .into()
+            }
+            TrialCause::NegativeBend(_) => "add up the sizes of the angles".into(),
             TrialCause::ShapeGap(_) => {
                 "number the shape points without gaps, tip first, each with _x_m, _y_m, _z_m".into()
             }

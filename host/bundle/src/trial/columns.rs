@@ -97,6 +97,27 @@ pub fn of_command(kind: CommandKind, axis: Axis) -> &'static str {
     }
 }
 
+/// Of a transmission's trial: where it is driven, and where its output is \[m\] or \[rad\].
+pub const INPUTS: [&str; 2] = ["input_m", "input_rad"];
+pub const OUTPUTS: [&str; 2] = ["output_m", "output_rad"];
+/// Sum of the angles by which its sheath bends \[rad\].
+pub const BEND: &str = "bend_rad";
+/// All that a transmission's trial may have.
+pub const OF_TRANSMISSION: [&str; 8] =
+    [TIME, INPUTS[0], INPUTS[1], OUTPUTS[0], OUTPUTS[1], LOAD, LOAD_NM, BEND];
+
+/// Names of the columns of a transmission's input, output, and load at the output.
+pub fn of_transmission(input: Axis, output: Axis) -> [&'static str; 3] {
+    let input = match input {
+        Axis::Linear => INPUTS[0],
+        Axis::Rotary => INPUTS[1],
+    };
+    match output {
+        Axis::Linear => [input, OUTPUTS[0], LOAD],
+        Axis::Rotary => [input, OUTPUTS[1], LOAD_NM],
+    }
+}
+
 /// Columns of a shape point, counted from the tip, vessel frame \[m\].
 pub fn shape_point(k: usize) -> [String; 3] {
     ["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m"))

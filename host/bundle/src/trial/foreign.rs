@@ -37,14 +37,16 @@ impl ColumnMap {
         };
         let (to, from) = (to.trim(), from.trim());
         if !is_known(to) {
-            let all = [&columns::ALL[..], &columns::OF_DRIVE[1..]].concat();
+            let others = [&columns::OF_DRIVE[1..], &columns::OF_TRANSMISSION[1..]].concat();
+            let all = [&columns::ALL[..], &others].concat();
             let meant = nearest(to, &all);
             let meant = meant.map_or(String::new(), |name| format!("; did you mean `{name}`?"));
             return Err(format!(
                 "a trial has no column `{to}`{meant} It has {}, and p00_x_m, p00_y_m, p00_z_m and so \
-                 on; a drive's has {}",
+                 on; a drive's has {}; a transmission's has {}",
                 columns::ALL.join(", "),
-                columns::OF_DRIVE.join(", ")
+                columns::OF_DRIVE.join(", "),
+                columns::OF_TRANSMISSION.join(", ")
             ));
         }
         if from.is_empty() {
@@ -80,7 +82,10 @@ fn joined(text: &str) -> String {
 }
 
 fn is_known(name: &str) -> bool {
-    columns::ALL.contains(&name) || columns::OF_DRIVE.contains(&name) || shape_index(name).is_some()
+    columns::ALL.contains(&name)
+        || columns::OF_DRIVE.contains(&name)
+        || columns::OF_TRANSMISSION.contains(&name)
+        || shape_index(name).is_some()
 }
 
 /// A column of the table that the trial does not have.
@@ -117,16 +122,40 @@ pub enum ForeignCause {
 
 type Fault = (Place, ForeignCause);
 
+/// What a table is a trial of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Catheter,
+    Drive,
+    Transmission,
+}
+
+impl Kind {
+    fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::Catheter => &columns::ALL,
+            Self::Drive => &columns::OF_DRIVE,
+            Self::Transmission => &columns::OF_TRANSMISSION,
+        }
+    }
+}
+
 /// Reads a table as a trial after renaming columns by `maps`; other columns are taken if a trial has
-/// their name. The columns tell whether there is a guidewire, or a drive on its own.
+/// their name. The columns tell whether there is a guidewire, a drive on its own, or a transmission.
 pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Foreign, Fault> {
     let table = Table::split(text).map_err(of_table)?;
     let wanted = wanted(&table, maps)?;
     let has = |name: &str| wanted.iter().any(|column| column.to == name);
-    let is_drive = !has(columns::INSERTION) && columns::COMMANDS.into_iter().any(has);
+    let kind = match () {
+        () if has(columns::INSERTION) => Kind::Catheter,
+        () if columns::COMMANDS.into_iter().any(has) => Kind::Drive,
+        () if columns::OUTPUTS.into_iter().any(has) => Kind::Transmission,
+        () => Kind::Catheter,
+    };
+    let known = kind.columns();
     let taken = wanted.iter().filter(|column| {
-        let of_drive = columns::OF_DRIVE.contains(&column.to.as_str());
-        of_drive == is_drive || column.to == columns::TIME
+        let to = column.to.as_str();
+        known.contains(&to) || (kind == Kind::Catheter && shape_index(to).is_some())
     });
     let taken = taken.collect::<Vec<_>>();
     let has = |name: &str| taken.iter().any(|column| column.to == name);
@@ -135,7 +164,13 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Fore
         false => columns::POSITION,
     };
     let of_drive = [columns::TIME, position];
-    let required = if is_drive { &of_drive[..] } else { &columns::REQUIRED };
+    let input = if has(columns::INPUTS[1]) { columns::INPUTS[1] } else { columns::INPUTS[0] };
+    let of_transmission = [columns::TIME, input];
+    let required = match kind {
+        Kind::Catheter => &columns::REQUIRED[..],
+        Kind::Drive => &of_drive,
+        Kind::Transmission => &of_transmission,
+    };
     if let Some(name) = required.iter().find(|name| !has(name)) {
         return Err((Place::Line(1), ForeignCause::NotNamed((*name).into())));
     }
@@ -155,9 +190,10 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Fore
     let has_guidewire = has(columns::GUIDEWIRE_INSERTION)
         || has(columns::GUIDEWIRE_ROTATION)
         || has(columns::GUIDEWIRE_DRIVE_FORCE);
-    let parsed = match is_drive {
-        true => Trial::read_drive(0, selected),
-        false => {
+    let parsed = match kind {
+        Kind::Drive => Trial::read_drive(0, selected),
+        Kind::Transmission => Trial::read_transmission(0, selected),
+        Kind::Catheter => {
             // Their columns are numbered from 1 on.
             let tendons = columns::TENDONS.iter().rposition(|name| has(name)).map_or(0, |i| i + 1);
             Trial::read_catheter(0, selected, has_guidewire, tendons, holes)
@@ -166,7 +202,6 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Fore
     let Parsed { trial, mut remarks } = parsed.map_err(|(place, cause)| (place, named(cause)))?;
     remarks.extend(trial.rush().map(|rush| rush.to_string()));
     remarks.extend(trial.slow_clock(None));
-    let known: &[&'static str] = if is_drive { &columns::OF_DRIVE } else { &columns::ALL };
     let missing: Vec<&'static str> = known.iter().copied().filter(|name| !has(name)).collect();
     let is_taken =
         |at: usize| taken.iter().any(|column| column.at == at && column.constant.is_none());

@@ -7,6 +7,7 @@ mod foreign;
 mod plausible;
 mod read;
 mod speed;
+mod transmission;
 mod types;
 
 pub use cause::{LONGEST_GAP_S, TrialCause};
@@ -16,5 +17,6 @@ pub use read::Holes;
 pub(crate) use read::Parsed;
 pub use speed::Rush;
 pub use types::{
-    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Trial, TrialData, VectorColumn,
+    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, TransmissionTrial, Trial, TrialData,
+    VectorColumn,
 };

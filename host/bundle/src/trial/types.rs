@@ -72,11 +72,25 @@ pub struct DriveTrial {
     pub load: Option<Vec<f64>>,
 }
 
+/// Columns of a transmission's trial, one entry a row, in the units of their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransmissionTrial {
+    pub input_kind: Axis,
+    pub output_kind: Axis,
+    pub input: Vec<f64>,
+    pub output: Vec<f64>,
+    /// Force \[N\] or torque \[N·m\] that holds the output back.
+    pub load: Option<Vec<f64>>,
+    /// Sum of the angles of the sheath.
+    pub bend_rad: Option<Vec<f64>>,
+}
+
 /// What was measured, by plant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrialData {
     Catheter(CatheterTrial),
     Drive(DriveTrial),
+    Transmission(TransmissionTrial),
 }
 
 /// One trial.
@@ -112,7 +126,7 @@ impl Trial {
     pub fn catheter(&self) -> Option<&CatheterTrial> {
         match &self.data {
             TrialData::Catheter(catheter) => Some(catheter),
-            TrialData::Drive(_) => None,
+            TrialData::Drive(_) | TrialData::Transmission(_) => None,
         }
     }
 

@@ -22,7 +22,7 @@ pub struct BundleInitArguments {
     /// Folder to write into. It is made; one that is there must be empty.
     #[arg(value_name = "FOLDER")]
     pub folder: PathBuf,
-    /// What the rig has: an instrument in a vessel, or one axis on its own.
+    /// What the rig has: an instrument in a vessel, one axis on its own, or a transmission.
     #[arg(long, value_enum, default_value_t = Plant::Catheter)]
     pub plant: Plant,
 }
@@ -32,6 +32,7 @@ pub struct BundleInitArguments {
 pub enum Plant {
     Catheter,
     Drive,
+    Transmission,
 }
 
 impl From<Plant> for TemplatePlant {
@@ -39,6 +40,7 @@ impl From<Plant> for TemplatePlant {
         match plant {
             Plant::Catheter => Self::Catheter,
             Plant::Drive => Self::Drive,
+            Plant::Transmission => Self::Transmission,
         }
     }
 }

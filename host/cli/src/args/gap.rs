@@ -32,6 +32,8 @@ pub enum GapAction {
     Isolability(IsolabilityArguments),
     /// Print the motion that a recording should contain, or play it.
     Protocol(ProtocolArguments),
+    /// Write the table that compensates for a transmission: the input for each desired output.
+    Compensate(CompensateArguments),
     /// List the effects that can be switched on and diagnosed.
     Effects(JsonFile),
     /// Test the diagnosis blind, on cases whose true effects stay sealed until every case is answered.
@@ -300,6 +302,35 @@ fn rate(text: &str) -> Result<f64, String> {
     positive(text, wanted).and_then(|hz| {
         if (1.0..=1000.0).contains(&hz) { Ok(hz) } else { Err(format!("give {wanted}")) }
     })
+}
+
+#[derive(Debug, Args)]
+pub struct CompensateArguments {
+    /// Trial bundle of a transmission.
+    pub bundle: PathBuf,
+    /// Answer of `cathforce gap diagnose BUNDLE --out FILE.json`. Without this option, the bundle is diagnosed.
+    #[arg(long, value_name = "FILE.json")]
+    pub diagnosis: Option<PathBuf>,
+    /// Rows of the table.
+    #[arg(long, default_value_t = 201, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub rows: u32,
+    /// Load at the output, in N or N·m. The default is the mean of the trials.
+    #[arg(long, allow_hyphen_values = true, value_parser = finite)]
+    pub load: Option<f64>,
+    /// Desired outputs, in columns `t_s` and `output_m` or `output_rad`: write the input for each row, by the model with
+    /// what it remembers, instead of the table.
+    #[arg(long, value_name = "FILE.csv")]
+    pub along: Option<PathBuf>,
+    /// Write the rows into this file instead of stdout.
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub json_file: JsonFile,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
+    number.ok_or_else(|| "give a number".to_owned())
 }
 
 #[derive(Debug, Args)]

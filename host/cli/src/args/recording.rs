@@ -2,10 +2,15 @@
 
 use std::path::PathBuf;
 
-use cathforce_recording::import::{AxisMap, ColumnMap, RosClock};
+use cathforce_recording::import::{AxisMap, ColumnMap};
 use clap::{ArgGroup, Args, Subcommand};
 
 use super::camera::ImportCameraArguments;
+use super::clock::Clock;
+use super::import_drive::{
+    ImportDriveArguments, ImportDynamixelArguments, ImportJointArguments, ImportMoteusArguments,
+    ImportOdriveArguments,
+};
 use super::material::millimetres;
 use super::wall::{Triple, triple};
 use super::{Changes, JsonFile, counts, lead, link, positive, positive_seconds};
@@ -57,6 +62,17 @@ pub enum ImportSource {
     Csv(ImportCsvArguments),
     /// Make a trial from a bag of ROS 2: MCAP or SQLite, with joints, wrenches, points and frames.
     Ros(ImportRosArguments),
+    /// Make trials of a drive bundle from any table of numbers, whatever its names and units.
+    Drive(ImportDriveArguments),
+    /// Make trials of a drive bundle from the logs of Dynamixel servos that `bam` records (JSON).
+    #[command(visible_alias = "bam")]
+    Dynamixel(ImportDynamixelArguments),
+    /// Make trials of a drive bundle from the logs of an ODrive: a CSV, or the log of its CAN bus.
+    Odrive(ImportOdriveArguments),
+    /// Make trials of a drive bundle from the telemetry of a moteus: a CSV, or lines of JSON.
+    Moteus(ImportMoteusArguments),
+    /// Make trials of a drive bundle from a joint in bags of ROS 2, as those of a Franka arm.
+    Joint(ImportJointArguments),
     /// Make the vessel.stl of a bundle from a surface of another tool: VTP, VTU, OBJ, PLY or STL.
     Mesh(ImportMeshArguments),
     /// Make the centreline.csv of a bundle from a line of another tool: VTP, VTU, Slicer's markups or CSV.
@@ -170,24 +186,6 @@ pub struct ImportCsvArguments {
     /// Say what was understood and write nothing.
     #[arg(long)]
     pub dry_run: bool,
-}
-
-/// Which time of a message counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Clock {
-    /// That of the message's header; of the recorder for messages without one.
-    Stamp,
-    /// When the recorder received it.
-    Log,
-}
-
-impl From<Clock> for RosClock {
-    fn from(clock: Clock) -> Self {
-        match clock {
-            Clock::Stamp => Self::Stamp,
-            Clock::Log => Self::Log,
-        }
-    }
 }
 
 /// A signal is named TOPIC:NAME, for example `/joint_states:feed`; `--list` lists those of a bag.

@@ -35,7 +35,7 @@ fn init(ui: &Ui, arguments: &BundleInitArguments) -> Result<(), Failure> {
     let shown = folder.display();
     let next = match arguments.plant {
         Plant::Catheter => format!("cathforce simulate {shown}"),
-        Plant::Drive => format!("cathforce gap diagnose {shown}"),
+        Plant::Drive | Plant::Transmission => format!("cathforce gap diagnose {shown}"),
     };
     let text = format!(
         "{shown}: {}\nEdit rig.toml, then check it with `cathforce info {shown}`. As it stands, \

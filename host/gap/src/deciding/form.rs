@@ -6,7 +6,7 @@ use crate::deciding::posterior::Posterior;
 use crate::plant::Plant;
 
 /// Effects that are forms of one family, each with the form's name.
-const FAMILIES: [&[(&str, &str)]; 5] = [
+const FAMILIES: [&[(&str, &str)]; 7] = [
     &[
         ("contact.friction", "Coulomb"),
         ("contact.stribeck", "Stribeck"),
@@ -29,6 +29,13 @@ const FAMILIES: [&[(&str, &str)]; 5] = [
         ("drive.stribeck", "Stribeck"),
         ("drive.load_friction", "load-dependent"),
     ],
+    &[
+        ("transmission.dead_zone", "dead zone"),
+        ("transmission.bouc_wen", "Bouc–Wen"),
+        ("transmission.prandtl_ishlinskii", "Prandtl–Ishlinskii"),
+        ("transmission.sheath", "capstan"),
+    ],
+    &[("transmission.lag", "low pass"), ("transmission.latency", "delay")],
 ];
 
 /// The form of an effect's family that fits best, and how probable it is among the family's.

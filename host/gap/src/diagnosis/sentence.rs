@@ -140,8 +140,9 @@ impl Diagnosis {
     fn how_far(&self) -> String {
         self.gap.force_rms_n.map_or_else(String::new, |f| {
             format!(
-                "Correcting it takes the force error from {} on data that the fit had not seen; the \
+                "Correcting it takes the {} error from {} on data that the fit had not seen; the \
                  floor is {}.",
+                self.gap.units.of_force(),
                 from_to(f.before, f.after, self.gap.units.force()),
                 quantity(f.floor, self.gap.units.force())
             )

@@ -5,6 +5,7 @@
 //! > F = e (M q̈ + L + f(q, q̇)) + D q̇,   f = F_c s + F_v q̇ + F_s exp(−(q̇/v_s)²) s + μ |M q̈ + L| s
 //! >     + F_0 + A cos(2π q/λ) + B sin(2π q/λ),   δ ds/d|q| = tanh(q̇/v_ε) − s
 //!
+//! Dry friction may change evenly in the course of a trial, as it does where an axis warms up.
 //! L is a load that is known, and D q̇ what the voltage that a motor induces takes from one that is given a
 //! voltage. Of a rotary axis q is an angle, F a torque and M an inertia.
 //!
@@ -52,6 +53,7 @@ enum Is {
     LoadFriction,
     Backlash,
     Ripple,
+    FrictionDrift,
     EncoderScale,
     Latency,
     Bias,
@@ -211,6 +213,13 @@ pub fn library(scale: &Scale, kind: Kind) -> Vec<Effect> {
             &["drive.offset"],
         ),
         effect(
+            "drive.friction_drift",
+            "dry friction changes in the course of a trial, as where the axis warms up",
+            vec![signed(force, newton, 2.0 * f, 0.1 * f)],
+            &[&[0.1 * f], &[-0.1 * f]],
+            &["sensor.drift"],
+        ),
+        effect(
             "drive.encoder_scale",
             "the encoder counts more, or less, than was travelled",
             vec![signed("ratio", "1", 0.5, 0.03)],
@@ -298,6 +307,8 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
     let rippled = cosine != 0.0 || sine != 0.0;
     let dt_s = motion.dt_s;
     let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
+    // By the end of the trial, beside what friction is in its middle.
+    let warming = value(Is::FrictionDrift, 0);
     let lag = value(Is::TimeConstant, 0);
     let sign = direction(motion, axis.turnover_m_per_s, value(Is::Coulomb, 1));
     let applied = |i: usize| {
@@ -305,11 +316,15 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
         let load = known.load.get(i).copied().unwrap_or(0.0);
         let carried = known.inertia * motion.acceleration_m_per_s2[i] / counted + load;
         let sign = sign[i];
-        let mut friction = coulomb * sign + viscous * velocity + value(Is::Offset, 0);
+        let mut friction = coulomb * sign + viscous * velocity;
         if excess != 0.0 {
             friction += excess * (-(velocity / stribeck).powi(2)).exp() * sign;
         }
         friction += value(Is::LoadFriction, 0) * carried.abs() * sign;
+        if warming != 0.0 {
+            friction += warming * sign * (i as f64 * dt_s / middle_s - 1.0);
+        }
+        friction += value(Is::Offset, 0);
         if rippled {
             let angle = TAU * motion.position_m[i] / (counted * length);
             friction += cosine * angle.cos() + sine * angle.sin();
@@ -328,7 +343,7 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
 }
 
 /// Lets a force follow late, by this share of what it is behind at every point.
-fn follow(force_n: &mut [f64], share: f64) {
+pub(crate) fn follow(force_n: &mut [f64], share: f64) {
     let smooth = Gaussian::new(FOLLOWED_SD).smooth(force_n);
     let mut followed = smooth[0];
     for (force, now) in force_n.iter_mut().zip(smooth) {
@@ -441,6 +456,7 @@ mod tests {
             ("drive.load_friction", Is::LoadFriction),
             ("drive.backlash", Is::Backlash),
             ("drive.ripple", Is::Ripple),
+            ("drive.friction_drift", Is::FrictionDrift),
             ("drive.encoder_scale", Is::EncoderScale),
             ("drive.latency", Is::Latency),
             ("sensor.bias", Is::Bias),

@@ -83,7 +83,7 @@ impl Rows {
 }
 
 /// Rows whose number is not that of a motion.
-fn misread(series: &[f64]) -> Vec<usize> {
+pub(crate) fn misread(series: &[f64]) -> Vec<usize> {
     let low = series.iter().copied().fold(f64::INFINITY, f64::min);
     let range = series.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
     let bends: Vec<f64> = series.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();

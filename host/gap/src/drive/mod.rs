@@ -3,11 +3,11 @@
 //! The command force is compared. It is predicted by inverse dynamics from the measured position alone;
 //! the measured command is used only for the comparison. Both pass the same filters.
 
-mod effects;
+pub(crate) mod effects;
 mod inertia;
-mod misread;
-mod motion;
-mod noise;
+pub(crate) mod misread;
+pub(crate) mod motion;
+pub(crate) mod noise;
 mod plant;
 mod segments;
 mod setpoint;

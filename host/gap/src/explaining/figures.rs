@@ -36,7 +36,7 @@ pub struct Figures {
 /// All errors on held-out data; `None` where not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct Gap {
-    /// Of the forces below, which are torques on a rotary axis.
+    /// Of the forces below, which are torques on a rotary axis, and outputs of a transmission.
     #[serde(skip_serializing_if = "Units::is_linear")]
     pub units: Units,
     #[serde(rename = "force_rms_N")]
@@ -58,10 +58,14 @@ pub struct Gap {
 impl Gap {
     /// What was measured: name, figures and unit of each.
     pub fn rows(&self) -> Vec<(&'static str, Figures, &'static str)> {
+        let names = match self.units.of_force() {
+            "output" => ["output RMS", "output, mean absolute error", "largest output of a trial"],
+            _ => ["force RMS", "force, mean absolute error", "largest force of a trial"],
+        };
         let all = [
-            ("force RMS", self.force_rms_n, self.units.force()),
-            ("force, mean absolute error", self.force_mae_n, self.units.force()),
-            ("largest force of a trial", self.force_peak_n, self.units.force()),
+            (names[0], self.force_rms_n, self.units.force()),
+            (names[1], self.force_mae_n, self.units.force()),
+            (names[2], self.force_peak_n, self.units.force()),
             ("tip RMS", self.tip_rms_m, "m"),
             ("path of the tip, discrete Fréchet distance", self.tip_frechet_m, "m"),
             ("shape RMS", self.shape_rms_m, "m"),

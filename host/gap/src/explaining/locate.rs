@@ -94,7 +94,7 @@ pub fn locate(problem: &Problem<'_>, score: &Score) -> Vec<Cell> {
                 gap_share: share,
                 gap_share_low: low.min(share),
                 gap_share_high: high.max(share),
-                note: descriptors.words(plant.units().of(channel.quantity)),
+                note: note(plant, &descriptors.words(plant.units().of(channel.quantity))),
                 descriptors,
                 units: plant.units(),
             }
@@ -174,6 +174,14 @@ fn looks(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), Descr
         }
     }
     looks
+}
+
+/// What is said of a channel; what is a length inside a vessel is the input of a transmission.
+fn note(plant: &dyn Plant, words: &str) -> String {
+    match plant.units().of_force() {
+        "output" => words.replace("the length inside", "the input"),
+        _ => words.to_owned(),
+    }
 }
 
 #[cfg(test)]

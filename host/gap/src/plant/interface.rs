@@ -47,6 +47,15 @@ pub enum Units {
     /// N·m and rad.
     #[serde(rename = "N·m, rad")]
     Rotary,
+    /// Of a transmission, whose output is called a force and whose input a length.
+    #[serde(rename = "output m, input m")]
+    MetresByMetres,
+    #[serde(rename = "output rad, input m")]
+    RadiansByMetres,
+    #[serde(rename = "output m, input rad")]
+    MetresByRadians,
+    #[serde(rename = "output rad, input rad")]
+    RadiansByRadians,
 }
 
 impl Units {
@@ -54,7 +63,22 @@ impl Units {
         match self {
             Self::Linear => "N",
             Self::Rotary => "N·m",
+            Self::MetresByMetres | Self::MetresByRadians => "m",
+            Self::RadiansByMetres | Self::RadiansByRadians => "rad",
         }
+    }
+
+    /// What is called a force, in a word.
+    pub fn of_force(self) -> &'static str {
+        match self {
+            Self::Linear | Self::Rotary => "force",
+            _ => "output",
+        }
+    }
+
+    /// Whether what is called a length is an angle.
+    pub fn along_angle(self) -> bool {
+        matches!(self, Self::Rotary | Self::MetresByRadians | Self::RadiansByRadians)
     }
 
     /// Of a quantity, which on a rotary axis is the torque.
@@ -68,15 +92,12 @@ impl Units {
 
     /// A stretch along the way, without minus before a zero.
     pub fn stretch(self, [from, to]: [f64; 2]) -> String {
-        match self {
-            Self::Linear => {
-                let [from, to] = [from, to].map(|at| (1e3 * at).round() + 0.0);
-                format!("{from:.0} to {to:.0} mm")
-            }
-            Self::Rotary => {
-                let [from, to] = [from, to].map(|at| (1e2 * at).round() / 1e2 + 0.0);
-                format!("{from:.2} to {to:.2} rad")
-            }
+        if self.along_angle() {
+            let [from, to] = [from, to].map(|at| (1e2 * at).round() / 1e2 + 0.0);
+            format!("{from:.2} to {to:.2} rad")
+        } else {
+            let [from, to] = [from, to].map(|at| (1e3 * at).round() + 0.0);
+            format!("{from:.0} to {to:.0} mm")
         }
     }
 }

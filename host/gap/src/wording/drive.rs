@@ -65,6 +65,22 @@ pub(super) const WORDS: &[Words] = &[
         ],
     },
     Words {
+        id: "drive.friction_drift",
+        name: "dry friction that changes with the time",
+        clauses: &[
+            size(
+                "force_n",
+                "dry friction changes by {} from the middle to the end of a trial",
+                OWN,
+            ),
+            size(
+                "torque_nm",
+                "dry friction changes by {} from the middle to the end of a trial",
+                OWN,
+            ),
+        ],
+    },
+    Words {
         id: "drive.encoder_scale",
         name: "another scale of the encoder",
         clauses: &[size("ratio", "the encoder counts {} more than was travelled", SHARE)],

@@ -5,6 +5,7 @@ mod clause;
 mod drive;
 mod place;
 mod told;
+mod transmission;
 
 pub use place::{channel, place};
 pub use told::{capitalised, name, size, values};

@@ -15,6 +15,9 @@ pub fn channel(name: &str) -> String {
     if name.starts_with("drive_command_") {
         return "the drive's command".to_owned();
     }
+    if name.starts_with("output_") {
+        return "the output".to_owned();
+    }
     if let Some(axis) = axis("f", "_N") {
         return format!("the force along {axis}");
     }
@@ -55,9 +58,10 @@ pub fn place(cell: &Cell) -> String {
     let regime = ["forward", "backward"].iter().fold(regime, |regime, sense| {
         regime.replace(&format!("{sense}, "), &format!("{sense}{joined}"))
     });
-    let stretch = match cell.channel.starts_with("drive_command_") {
-        true => format!("at {}", cell.stretch()),
-        false => format!("{} inside", cell.stretch()),
+    let stretch = match cell.channel.as_str() {
+        own if own.starts_with("drive_command_") => format!("at {}", cell.stretch()),
+        own if own.starts_with("output_") => format!("at an input of {}", cell.stretch()),
+        _ => format!("{} inside", cell.stretch()),
     };
     let parts = [phase.to_owned(), regime, stretch];
     parts.into_iter().filter(|own| !own.is_empty()).collect::<Vec<_>>().join(", ")
@@ -90,6 +94,10 @@ mod tests {
                 cell("drive_command_N", "steady", "backward, slow"),
                 "while steady, backward and slow, at 40 to 52 mm",
             ),
+            (
+                cell("output_m", "reversal", "forward, slow"),
+                "around reversals, forward and slow, at an input of 40 to 52 mm",
+            ),
         ] {
             assert_eq!(place(&of), words);
         }
@@ -103,6 +111,7 @@ mod tests {
             ("tip_z_m", "the tip's place along z"),
             ("p07_y_m", "the shape"),
             ("drive_command_N", "the drive's command"),
+            ("output_rad", "the output"),
             ("something", "something"),
         ] {
             assert_eq!(channel(name), words);

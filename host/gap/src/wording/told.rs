@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::clause::{Clause, DIGITS, Is, Words};
-use super::{catheter, drive};
+use super::{catheter, drive, transmission};
 use crate::deciding::interval::Estimate;
 use crate::rounding::shortest;
 
 /// What is known of an effect; a drive's may have the name of a catheter's, with other parameters.
 fn words(id: &str) -> impl Iterator<Item = &'static Words> {
-    catheter::WORDS.iter().chain(drive::WORDS).filter(move |own| own.id == id)
+    let all = catheter::WORDS.iter().chain(drive::WORDS).chain(transmission::WORDS);
+    all.filter(move |own| own.id == id)
 }
 
 fn clauses(id: &str) -> impl Iterator<Item = &'static Clause> {
@@ -122,7 +123,7 @@ mod tests {
                 assert!(names, "{}: {}", own.id, clause.parameter);
             }
         }
-        for own in crate::drive::listed() {
+        for own in crate::drive::listed().into_iter().chain(crate::transmission::listed()) {
             let is_told = |p: &&Parameter| clauses(own.id).any(|c| c.parameter == p.name);
             assert!(own.parameters.iter().any(|p| is_told(&p)), "{}: nothing is told", own.id);
         }

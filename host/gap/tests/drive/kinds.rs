@@ -133,3 +133,45 @@ fn friction_that_drives_is_an_error_of_sign() {
     assert_eq!(answer.verdict, Verdict::Unknown, "{}", answer.sentence());
     assert!(answer.remarks.iter().any(|own| own.contains("sign")), "{:?}", answer.remarks);
 }
+
+/// Friction of an axis that warms up is named with its share, beside the friction that it changes.
+#[test]
+fn friction_that_falls_in_the_course_of_a_trial_is_a_drift_of_friction() {
+    // Both trials last 8 s, and nothing repeats itself: what changes from run to run is no gap but the floor.
+    let friction =
+        |t: f64, now: &crate::made::Instant| coulomb(t, now) * (1.0 - 0.3 * (t / 4.0 - 1.0));
+    let folder = bundle(&[(8.0, 0.1), (8.0, 0.06)], 0.0, 1.0, friction);
+    let answer = answer(&Bundle::open(folder.path()).unwrap());
+    let mut named = names(&answer);
+    named.sort_unstable();
+    assert_eq!(named, ["drive.coulomb", "drive.friction_drift"], "{}", answer.sentence());
+    let drift = answer.effects.iter().find(|own| own.id == "drive.friction_drift").unwrap();
+    let by_n = drift.parameters["force_n"].value;
+    assert!((by_n / (-0.3 * 6.0) - 1.0).abs() < 0.05, "{by_n}");
+}
+
+/// A bristle turns friction round over 60 µm: that is the form of Dahl, with less friction at speed that of LuGre.
+#[test]
+fn dry_friction_that_bends_is_of_dahl_and_with_stribecks_fall_of_lugre() {
+    for (excess, form) in [(0.0, "Dahl"), (0.5, "LuGre")] {
+        let bend = std::cell::Cell::new((0.0_f64, 0.0_f64, -1.0_f64));
+        let friction = |t: f64, now: &crate::made::Instant| {
+            let (mut bent, mut last, before) = bend.get();
+            if t < before {
+                (bent, last) = (0.0, now.position_m);
+            }
+            let to = now.velocity_m_per_s.signum();
+            bent = to + (bent - to) * (-(now.position_m - last).abs() / 6e-5).exp();
+            bend.set((bent, now.position_m, t));
+            let falls = excess * (-(now.velocity_m_per_s / 0.08).powi(2)).exp();
+            6.0 * (1.0 + falls) * bent
+        };
+        let folder = bundle(&TWO, 0.0, 2.0, friction);
+        let answer = answer(&Bundle::open(folder.path()).unwrap());
+        let dry = answer.effects.iter().find(|own| own.id == "drive.coulomb");
+        let dry = dry.unwrap_or_else(|| panic!("{}", answer.sentence()));
+        assert_eq!(dry.form.as_ref().map(|own| own.name), Some(form), "{}", answer.sentence());
+        let presliding = dry.parameters["presliding_m"].value;
+        assert!((presliding / 6e-5 - 1.0).abs() < 0.3, "{presliding}");
+    }
+}

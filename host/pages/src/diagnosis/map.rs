@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use cathforce_gap::Map;
-use cathforce_gap::plant::{Quantity, Units};
+use cathforce_gap::plant::Quantity;
 use cathforce_gap::rounding::quantity;
 
 use super::charts::{LABELS, WIDTH, svg};
@@ -30,14 +30,18 @@ pub fn maps(maps: &[Map]) -> String {
 fn figure(map: &Map, full: f64) -> String {
     let unit = map.units.of(map.quantity);
     let (what, place) = match map.quantity {
+        Quantity::Force if map.units.of_force() == "output" => ("Output", "the input"),
         Quantity::Force => ("Force", "the length inside (or position)"),
         Quantity::DriveForce => ("Drive force", "the length inside"),
         Quantity::Tip => ("Tip", "the length inside"),
         Quantity::Shape => ("Shape", "the arc length from the entry"),
     };
-    let inside = key(map.quantity, &quantity(full, unit), 0.5 * HEIGHT)
-        + &cells(map, full, unit)
-        + &axes(map);
+    let label = match what {
+        "Output" => "output error",
+        _ => label_of(map.quantity),
+    };
+    let inside =
+        key(label, &quantity(full, unit), 0.5 * HEIGHT) + &cells(map, full, unit) + &axes(map);
     format!(
         "<figure>{}<figcaption>{what} error of the nominal model over {place} and time, trial \
          {:03}: {} RMS, floor {}. Nothing was compared where there is no square.</figcaption>\
@@ -93,19 +97,23 @@ fn axes(map: &Map) -> String {
             label(between(map.t_s, share), 1),
             LABELS - 6.0,
             TOP + (1.0 - share) * (HEIGHT - 12.0) + 10.0,
-            match map.units {
-                Units::Linear => label(1e3 * between(map.arc_m, share), 0) + " mm",
-                Units::Rotary => label(between(map.arc_m, share), 2) + " rad",
+            match map.units.along_angle() {
+                false => label(1e3 * between(map.arc_m, share), 0) + " mm",
+                true => label(between(map.arc_m, share), 2) + " rad",
             }
         );
     }
     drawn
 }
 
+/// What the colours of a quantity are.
+pub fn label_of(quantity: Quantity) -> &'static str {
+    if quantity.is_force() { "force error" } else { "distance" }
+}
+
 /// What the colours mean. `full`: the error that has all of the colour; `y`: of the middle.
-pub fn key(of: Quantity, full: &str, y: f64) -> String {
+pub fn key(label: &str, full: &str, y: f64) -> String {
     let side = 18.0;
-    let label = if of.is_force() { "force error" } else { "distance" };
     let mut drawn = format!("<text x=0 y={:.0}>{label}, RMS</text>", y - 8.0);
     for step in 0..STEPS {
         let _ = write!(
@@ -138,6 +146,7 @@ fn between([low, high]: [f64; 2], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cathforce_gap::plant::Units;
 
     fn of(trial: u32, quantity: Quantity, cells: Vec<Vec<Option<f64>>>) -> Map {
         let (t_s, arc_m) = ([1.0, 3.0], [0.0, 0.12]);

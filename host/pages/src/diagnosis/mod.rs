@@ -55,11 +55,11 @@ fn tiles(answer: &Diagnosis) -> String {
         format!("<div class=tile><b>{}</b><span>{}</span></div>", escape(&value), escape(label))
     };
     let mut tiles = String::new();
-    let unit = answer.gap.units.force();
+    let (unit, what) = (answer.gap.units.force(), answer.gap.units.of_force());
     if let Some(Figures { before, after, floor }) = answer.gap.force_rms_n {
-        tiles += &tile(quantity(before, unit), "force RMS before, held out");
+        tiles += &tile(quantity(before, unit), &format!("{what} RMS before, held out"));
         if !answer.effects.is_empty() {
-            tiles += &tile(quantity(after, unit), "force RMS after, held out");
+            tiles += &tile(quantity(after, unit), &format!("{what} RMS after, held out"));
         }
         tiles += &tile(quantity(floor, unit), "noise floor");
     }
@@ -157,7 +157,8 @@ fn left(answer: &Diagnosis) -> String {
     let would = left.gap.force_rms_n.filter(|_| !left.after.is_empty());
     let would = would.map_or(String::new(), |Figures { before, after, .. }| {
         let [before, after] = [before, after].map(|x| quantity(x, answer.gap.units.force()));
-        format!("<p>Its force is off by {after} RMS, the nominal model's by {before}.</p>")
+        let what = answer.gap.units.of_force();
+        format!("<p>Its {what} is off by {after} RMS, the nominal model's by {before}.</p>")
     });
     format!(
         "<h2>What is left</h2><p>{}.</p>{would}{}{}",
@@ -230,7 +231,8 @@ fn how_far(answer: &Diagnosis) -> String {
             [held_out.before_n, held_out.after_n].map(|x| quantity(x, answer.gap.units.force()));
         let _ = write!(
             rows,
-            "<tr><td>force RMS, trial {:03}<td class=number>{before}<td class=number>{after}<td>",
+            "<tr><td>{} RMS, trial {:03}<td class=number>{before}<td class=number>{after}<td>",
+            answer.gap.units.of_force(),
             held_out.trial
         );
     }

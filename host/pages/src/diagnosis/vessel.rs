@@ -7,7 +7,7 @@ use cathforce_gap::rounding::{percent, quantity};
 use cathforce_gap::{OnVessel, Square, VesselMap};
 
 use super::charts::{LABELS, WIDTH, svg};
-use super::map::key;
+use super::map::{key, label_of};
 
 /// Height of a vessel at most.
 const MOST_HEIGHT: f64 = 340.0;
@@ -80,7 +80,7 @@ fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale, model: &str) -> String 
     let inside = outline(&of.silhouette, scale)
         + &squares(of, map, scale, (full, unit))
         + &marks(&of.silhouette, scale)
-        + &key(map.quantity, &format!("≥{}", quantity(full, unit)), 0.5 * scale.height);
+        + &key(label_of(map.quantity), &format!("≥{}", quantity(full, unit)), 0.5 * scale.height);
     format!(
         "<figure>{}<figcaption>{what} error of {model} on the vessel, where {place}; all \
          trials, {} RMS, floor {}. Seen along the {}. {marked}</figcaption></figure>",

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use cathforce_bundle::bundle::{DriveTrial, columns};
+use cathforce_bundle::bundle::{DriveTrial, TransmissionTrial, columns};
 use cathforce_mechanics::MAX_TENDONS;
 
 use super::series::io_error;
@@ -85,6 +85,32 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
             put(true, &three(shape.get(k).copied()));
         }
         csv.write_record(&fields)?;
+    }
+    Ok(csv.flush()?)
+}
+
+/// Writes a transmission's trial as a bundle has it.
+pub fn write_transmission(
+    t_s: &[f64],
+    data: &TransmissionTrial,
+    out: impl io::Write,
+) -> io::Result<()> {
+    transmission_csv(t_s, data, out).map_err(io_error)
+}
+
+fn transmission_csv(t_s: &[f64], data: &TransmissionTrial, out: impl io::Write) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let [input, output, load] = columns::of_transmission(data.input_kind, data.output_kind);
+    let optional = [(load, &data.load), (columns::BEND, &data.bend_rad)];
+    let there: Vec<(&str, &Vec<f64>)> =
+        optional.into_iter().filter_map(|(name, own)| Some((name, own.as_ref()?))).collect();
+    let mut names = vec![columns::TIME, input, output];
+    names.extend(there.iter().map(|(name, _)| *name));
+    csv.write_record(names)?;
+    for (i, t_s) in t_s.iter().enumerate() {
+        let numbers = [*t_s, data.input[i], data.output[i]];
+        let others = there.iter().map(|(_, column)| column[i]);
+        csv.write_record(numbers.into_iter().chain(others).map(|x| x.to_string()))?;
     }
     Ok(csv.flush()?)
 }

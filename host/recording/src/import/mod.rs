@@ -3,6 +3,7 @@
 //! It reads the log of a force/torque sensor, any CSV whose columns the user names, and bags of ROS 2.
 
 mod ati;
+pub mod drive;
 mod error;
 mod join;
 mod join_seen;

@@ -3,8 +3,8 @@
 use std::io::Read;
 
 use cathforce_bundle::bundle::{
-    ColumnMap, DriveTrial, Foreign, ForeignCause, Holes, LeftOut, TrialCause, TrialData, columns,
-    read_foreign,
+    ColumnMap, DriveTrial, Foreign, ForeignCause, Holes, LeftOut, TransmissionTrial, TrialCause,
+    TrialData, columns, read_foreign,
 };
 use cathforce_bundle::{Place, Trial as BundleTrial};
 
@@ -25,13 +25,23 @@ pub enum ImportedTrial {
     Catheter(Trial),
     /// A drive on its own; times \[s\].
     Drive(Vec<f64>, DriveTrial),
+    /// A transmission; times \[s\].
+    Transmission(Vec<f64>, TransmissionTrial),
 }
 
 impl ImportedTrial {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        match self {
+            Self::Catheter(trial) => trial.rows.len(),
+            Self::Drive(t_s, _) | Self::Transmission(t_s, _) => t_s.len(),
+        }
+    }
+
     /// Subtracts the mean force of the first seconds. `Err` says why there is none.
     pub fn tare(&mut self, seconds: f64) -> Result<(), String> {
         let Self::Catheter(Trial { rows, .. }) = self else {
-            return Err("a drive on its own has no force".into());
+            return Err("this is no catheter's trial: it has no force on a phantom".into());
         };
         let last_s = rows.last().map_or(0.0, |last| last.t_s);
         if seconds > last_s {
@@ -73,8 +83,8 @@ pub fn read_motion(table: impl Read) -> Result<(Trial, Vec<String>), ImportError
     let ImportedTable { trial, remarks } = read(table, &[], Reader::Motion)?;
     match trial {
         ImportedTrial::Catheter(trial) => Ok((trial, remarks)),
-        ImportedTrial::Drive(..) => {
-            let problem = "this is a drive on its own, without an insertion";
+        ImportedTrial::Drive(..) | ImportedTrial::Transmission(..) => {
+            let problem = "this is a drive on its own or a transmission, without an insertion";
             Err(ImportError::new(1, problem, "give a catheter's trial"))
         }
     }
@@ -93,6 +103,7 @@ fn read(
     let trial = match data {
         TrialData::Catheter(data) => ImportedTrial::Catheter(Trial::of(&t_s, &data)),
         TrialData::Drive(data) => ImportedTrial::Drive(t_s, data),
+        TrialData::Transmission(data) => ImportedTrial::Transmission(t_s, data),
     };
     Ok(ImportedTable { trial, remarks })
 }
@@ -146,7 +157,10 @@ fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
 pub fn is_trial(text: &str) -> bool {
     let heading = text.trim_start_matches('\u{feff}').lines().next().unwrap_or_default();
     let has = |name| heading.split(',').any(|field| field.trim() == name);
-    has(columns::TIME) && (has(columns::INSERTION) || has(columns::POSITION))
+    has(columns::TIME)
+        && (has(columns::INSERTION)
+            || has(columns::POSITION)
+            || columns::OUTPUTS.into_iter().any(has))
 }
 
 #[cfg(test)]

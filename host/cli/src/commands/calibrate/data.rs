@@ -27,9 +27,9 @@ impl Data {
         let (mut sources, mut plants) = (Vec::new(), Vec::new());
         for path in &arguments.sources {
             let source = Source::open(ui, path)?;
-            if matches!(source.bundle.rig.plant, RigPlant::Drive(_)) {
+            if !matches!(source.bundle.rig.plant, RigPlant::Catheter(_)) {
                 let message = format!(
-                    "{}: it is a drive on its own, whose effects no device takes\n  fix: fit them with \
+                    "{}: it is no catheter, and its effects no device takes\n  fix: fit them with \
                      `cathforce gap diagnose {} --effect ID`",
                     path.display(),
                     path.display()

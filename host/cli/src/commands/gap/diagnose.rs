@@ -240,7 +240,7 @@ fn figures(answer: &Diagnosis) -> Vec<String> {
     }
     for HeldOut { trial, before_n, after_n } in &answer.details.held_out {
         let [before, after] = [*before_n, *after_n].map(|x| quantity(x, answer.gap.units.force()));
-        let name = format!("force RMS, trial {trial:03}");
+        let name = format!("{} RMS, trial {trial:03}", answer.gap.units.of_force());
         lines.push(format!("    {name:<42}  {before:>10}  {after:>10}"));
     }
     if let Some(snaps) = &answer.gap.snaps {

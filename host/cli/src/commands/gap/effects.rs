@@ -1,10 +1,10 @@
-//! `cathforce gap effects`: those of a catheter, and those of a drive on its own as its diagnosis
-//! has them.
+//! `cathforce gap effects`: those of a catheter, and those of a drive on its own and of a transmission as
+//! their diagnoses have them.
 
 use std::fmt::Write as _;
 
 use cathforce_effect_catalogue::{Channel, Effect, Parameter, Plant, Role, all};
-use cathforce_gap::drive::{counted_in, listed};
+use cathforce_gap::{drive, transmission};
 use serde::Serialize;
 
 use crate::args::JsonFile;
@@ -27,7 +27,7 @@ struct Row {
 #[derive(Serialize)]
 struct ParameterRow {
     name: &'static str,
-    /// As `--set` takes it; not for a drive on its own.
+    /// As `--set` takes it; not for a drive on its own or a transmission.
     #[serde(skip_serializing_if = "Option::is_none")]
     setting: Option<&'static str>,
     unit: &'static str,
@@ -37,7 +37,8 @@ struct ParameterRow {
     max: f64,
     prior_scale: f64,
     /// What off, min, max and prior_scale are multiples of: f the RMS of the command, v the largest
-    /// speed, q the travel, t the length of a trial. Null where they are in the unit.
+    /// speed, q the travel, t the length of a trial; of a transmission q the travel of the input, p the range
+    /// of the output, l the RMS of the load. Null where they are in the unit.
     counted_in: Option<&'static str>,
     role: Role,
     doc: &'static str,
@@ -46,11 +47,19 @@ struct ParameterRow {
 pub fn list(ui: &Ui, file: &JsonFile) -> Result<(), Failure> {
     file.check()?;
     let catheter = all().filter(|effect| effect.plant == Plant::Catheter).map(row);
-    let rows: Vec<Row> = catheter.chain(listed().into_iter().map(of_drive)).collect();
+    let of_drive = drive::listed().into_iter().map(|effect| {
+        fitted(effect, Plant::Drive, Channel::DriveCommand, &|p| drive::counted_in(p.unit))
+    });
+    let of_transmission = transmission::listed().into_iter().map(|effect| {
+        fitted(effect, Plant::Transmission, Channel::Output, &|p| transmission::counted_in(p.name))
+    });
+    let rows: Vec<Row> = catheter.chain(of_drive).chain(of_transmission).collect();
     let text = rows.iter().map(|row| describe(ui, row)).collect::<Vec<_>>().join("\n");
     let text = format!(
         "{text}\nOf a drive on its own, f is the RMS of the command, v the largest speed, q the \
-         travel and t the length of a trial.\n"
+         travel and t the length of a trial. Of a transmission, q is the travel of the input, p the range \
+         of the output, l the RMS of the load and t the length of a trial; names end in _rad where they are \
+         angles.\n"
     );
     file.write(ui, &rows, text)
 }
@@ -63,9 +72,14 @@ fn row(effect: &'static Effect) -> Row {
     Row { id, plant, doc, parameters, channels, excited_by, confused_with, starts }
 }
 
-/// An effect of a drive, as its fit has it.
-fn of_drive(effect: cathforce_gap::plant::Effect) -> Row {
-    let entry = Effect::find(effect.id).filter(|entry| entry.plant == Plant::Drive);
+/// An effect of a drive or a transmission, as its fit has it.
+fn fitted(
+    effect: cathforce_gap::plant::Effect,
+    plant: Plant,
+    channel: Channel,
+    counted_in: &dyn Fn(&cathforce_gap::plant::Parameter) -> Option<&'static str>,
+) -> Row {
+    let entry = Effect::find(effect.id).filter(|entry| entry.plant == plant);
     let parameter = |p: &cathforce_gap::plant::Parameter| ParameterRow {
         name: p.name,
         setting: None,
@@ -74,16 +88,19 @@ fn of_drive(effect: cathforce_gap::plant::Effect) -> Row {
         min: p.low,
         max: p.high,
         prior_scale: p.scale,
-        counted_in: counted_in(p.unit),
+        counted_in: counted_in(p),
         role: Role::Value,
         doc: "",
     };
     Row {
         id: effect.id,
-        plant: Plant::Drive,
+        plant,
         doc: effect.what,
         parameters: effect.parameters.iter().map(parameter).collect(),
-        channels: &[Channel::DriveCommand],
+        channels: match channel {
+            Channel::Output => &[Channel::Output],
+            _ => &[Channel::DriveCommand],
+        },
         excited_by: entry.map(|entry| entry.excited_by),
         confused_with: effect.confused_with,
         starts: effect.starts,
@@ -114,11 +131,16 @@ fn measured(channel: Channel) -> &'static str {
         Channel::Tip => "tip",
         Channel::Shape => "shape",
         Channel::DriveCommand => "command",
+        Channel::Output => "output",
     }
 }
 
 fn describe(ui: &Ui, row: &Row) -> String {
-    let of = if row.plant == Plant::Drive { " of a drive on its own" } else { "" };
+    let of = match row.plant {
+        Plant::Catheter => "",
+        Plant::Drive => " of a drive on its own",
+        Plant::Transmission => " of a transmission",
+    };
     let mut text = format!("{}{of}\n  {}\n", ui.bold(row.id), row.doc);
     let measured: Vec<&str> = row.channels.iter().copied().map(measured).collect();
     // Writing into a string cannot fail.

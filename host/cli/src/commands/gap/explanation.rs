@@ -44,6 +44,13 @@ struct Estimate {
     high: f64,
 }
 
+impl Named {
+    /// The estimate of a parameter.
+    pub fn value(&self, parameter: &str) -> Option<f64> {
+        self.parameters.get(parameter).map(|own| own.value)
+    }
+}
+
 /// Figures over all held-out trials of the diagnosis.
 #[derive(Debug, Default, Deserialize)]
 pub struct Promised {
@@ -190,6 +197,13 @@ impl Explanation {
             let effect = Effect::find(id).ok_or_else(|| {
                 broken(format!("`{id}`, which `cathforce gap effects` does not list"))
             })?;
+            if effect.plant == Plant::Transmission {
+                let message = format!(
+                    "{id} is of a transmission: the catheter's model has no such setting\n  fix: `cathforce gap \
+                     compensate` writes the input for each desired output"
+                );
+                return Err(Failure::new(Code::Failed, message));
+            }
             if effect.plant != Plant::Catheter {
                 let message = format!(
                     "{id} is friction of an axis without an instrument: the catheter's model has \

@@ -4,6 +4,7 @@ mod ablation;
 pub mod apply;
 mod band_text;
 mod blind_test;
+mod compensate;
 pub mod coverage;
 mod diagnose;
 mod effects;
@@ -30,6 +31,7 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::SpikeIn(arguments) => spike_in::run(ui, arguments),
         GapAction::Isolability(arguments) => isolability::run(ui, arguments),
         GapAction::Protocol(arguments) => protocol::run(ui, arguments),
+        GapAction::Compensate(arguments) => compensate::run(ui, arguments),
         GapAction::Effects(file) => effects::list(ui, file),
         GapAction::BlindTest(arguments) => blind_test::run(ui, arguments),
     }

@@ -64,7 +64,7 @@ pub fn of(bundle: &Bundle, way: &Way) -> Result<Protocol, Failure> {
         Failure::input(format!("{}: {error}", bundle.path.display()))
     };
     if bundle.catheter().is_none() {
-        return Err(refuse(&"this is a drive without an instrument: the protocol inserts one"));
+        return Err(refuse(&"this rig has no instrument, and the protocol inserts one"));
     }
     let missing = || {
         refuse(

@@ -15,6 +15,7 @@ use cathforce_config::{ImageHead, Settings};
 use cathforce_gap::catheter::Catheter;
 use cathforce_gap::drive::Drive;
 use cathforce_gap::plant::Plant;
+use cathforce_gap::transmission::Transmission;
 use cathforce_mechanics::{Description, parameters};
 use cathforce_recording::{Measured, Recording};
 
@@ -99,8 +100,14 @@ impl Source {
         let bundle = &self.bundle;
         match &bundle.rig.plant {
             RigPlant::Drive(_) => Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(bundle, &e))?)),
+            RigPlant::Transmission(_) => Ok(Box::new(self.transmission()?)),
             RigPlant::Catheter(_) => Ok(Box::new(self.catheter()?)),
         }
+    }
+
+    /// The model of a transmission.
+    pub fn transmission(&self) -> Result<Transmission, Failure> {
+        Transmission::new(&self.bundle).map_err(|e| refuse(&self.bundle, &e))
     }
 
     /// The model of a rig with a catheter; of a recording in the lumen that its device had.

@@ -5,13 +5,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use cathforce_bundle::Bundle;
-use cathforce_bundle::bundle::TrialData;
+use cathforce_bundle::bundle::{Plant as RigPlant, TrialData};
 use cathforce_gap::plant::Effect;
 use cathforce_gap::report::{Diagnosis, Estimate, Verdict};
 use cathforce_gap::rounding::shortest;
 use cathforce_gap::spike::{Changes, Spike, SpikeError, Spiked};
-use cathforce_gap::{catheter, diagnose, drive};
-use cathforce_recording::{make_folder, write_drive, write_trial};
+use cathforce_gap::{catheter, diagnose, drive, transmission};
+use cathforce_recording::{make_folder, write_drive, write_transmission, write_trial};
 use serde::Serialize;
 
 use super::diagnose::hold_trials_back;
@@ -66,11 +66,15 @@ struct Answer {
 enum Spiking<'a> {
     Catheter(Box<catheter::Spiking<'a>>),
     Drive(Box<drive::Spiking<'a>>),
+    Transmission(Box<transmission::Spiking<'a>>),
 }
 
 impl<'a> Spiking<'a> {
     fn new(bundle: &'a Bundle) -> Result<Self, Failure> {
-        if bundle.catheter().is_some() {
+        if matches!(bundle.rig.plant, RigPlant::Transmission(_)) {
+            let own = transmission::Spiking::new(bundle).map_err(|e| refused(bundle, &e))?;
+            Ok(Self::Transmission(Box::new(own)))
+        } else if bundle.catheter().is_some() {
             let own = catheter::Spiking::new(bundle).map_err(|e| refused(bundle, &e))?;
             Ok(Self::Catheter(Box::new(own)))
         } else {
@@ -83,6 +87,7 @@ impl<'a> Spiking<'a> {
         match self {
             Self::Catheter(own) => own.effects(),
             Self::Drive(own) => own.effects(),
+            Self::Transmission(own) => own.effects(),
         }
     }
 
@@ -90,6 +95,7 @@ impl<'a> Spiking<'a> {
         match self {
             Self::Catheter(own) => own.put_in(spikes),
             Self::Drive(own) => own.put_in(spikes),
+            Self::Transmission(own) => own.put_in(spikes),
         }
     }
 
@@ -100,6 +106,7 @@ impl<'a> Spiking<'a> {
                 Ok(diagnose(&plant, &spiked.rig.name, &cathforce_gap::unwatched))
             }
             Self::Drive(own) => own.diagnose(spiked).map_err(|e| refused(spiked, &e)),
+            Self::Transmission(own) => own.diagnose(spiked).map_err(|e| refused(spiked, &e)),
         }
     }
 }
@@ -159,6 +166,7 @@ fn write(bundle: &Bundle, folder: &Path) -> Result<(), Failure> {
                 write_trial(&super::super::run::recorded(bundle, trial)?, &mut text)
             }
             TrialData::Drive(data) => write_drive(&trial.t_s, data, &mut text),
+            TrialData::Transmission(data) => write_transmission(&trial.t_s, data, &mut text),
         };
         written.map_err(|e| Failure::write(folder, e))?;
         Ok((trial.number, text))

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use cathforce_recording::import::{
-    ColumnMap, ImportedBag, ImportedTable, ImportedTrial, RosFile, RosTopic, list_ros, read_ros,
+    ColumnMap, ImportedBag, ImportedTable, RosFile, RosTopic, list_ros, read_ros,
 };
 use serde_json::json;
 
@@ -41,10 +41,7 @@ pub fn run(ui: &Ui, arguments: &ImportRosArguments) -> Result<(), Failure> {
             Failure::input(format!("{}: {problem}\n  fix: {fix}", path.display()))
         })?;
     }
-    let rows = match &trial {
-        ImportedTrial::Catheter(trial) => trial.rows.len(),
-        ImportedTrial::Drive(t_s, _) => t_s.len(),
-    };
+    let rows = trial.rows();
     let json = json!({
         "path": shown(out), "rows": rows, "understood": understood, "remarks": remarks,
     });
@@ -79,7 +76,7 @@ fn columns(arguments: &ImportRosArguments) -> Vec<ColumnMap> {
 }
 
 /// The files of a bag: one, or all in a folder.
-fn files(path: &Path) -> Result<Vec<RosFile>, Failure> {
+pub fn files(path: &Path) -> Result<Vec<RosFile>, Failure> {
     let paths = match path.is_dir() {
         false => vec![path.to_path_buf()],
         true => in_folder(path)?,

@@ -1,6 +1,6 @@
 //! `cathforce import csv`.
 
-use cathforce_recording::import::{ImportedTable, ImportedTrial, read_csv};
+use cathforce_recording::import::{ImportedTable, read_csv};
 use serde_json::json;
 
 use super::trial::{at, open, warn_all, write};
@@ -15,10 +15,7 @@ pub fn run(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
     let ImportedTable { trial, remarks } =
         read_csv(open(path)?, &arguments.columns).map_err(|e| at(path, &e))?;
     warn_all(ui, path, &remarks);
-    let rows = match &trial {
-        ImportedTrial::Catheter(trial) => trial.rows.len(),
-        ImportedTrial::Drive(t_s, _) => t_s.len(),
-    };
+    let rows = trial.rows();
     let json = json!({ "path": shown(out), "rows": rows, "left_out": 0 });
     let out = (!arguments.dry_run).then_some(&**out);
     write(ui, out, &trial, &json, &format!("{rows} rows"))

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use cathforce_bundle::bundle::LONGEST_GAP_S;
 use cathforce_recording::import::ImportedTrial;
-use cathforce_recording::{Trial, write_drive, write_trial, write_whole};
+use cathforce_recording::{Trial, write_drive, write_transmission, write_trial, write_whole};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -64,6 +64,7 @@ pub fn write(
     write_whole(out, |file| match trial {
         ImportedTrial::Catheter(trial) => write_trial(trial, file),
         ImportedTrial::Drive(t_s, data) => write_drive(t_s, data, file),
+        ImportedTrial::Transmission(t_s, data) => write_transmission(t_s, data, file),
     })
     .map_err(|e| Failure::write(out, e))?;
     ui.data(json, format_args!("{text}: {}\n", out.display()))

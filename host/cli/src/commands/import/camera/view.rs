@@ -100,8 +100,8 @@ pub fn tracker(
 fn rig<'a>(plant: &'a Plant, bundle: &Path) -> Result<&'a CatheterRig, Failure> {
     match plant {
         Plant::Catheter(rig) => Ok(rig),
-        Plant::Drive(_) => Err(Failure::input(format!(
-            "{}: is a drive without an instrument\n  fix: give the bundle of a catheter",
+        Plant::Drive(_) | Plant::Transmission(_) => Err(Failure::input(format!(
+            "{}: its rig has no instrument\n  fix: give the bundle of a catheter",
             bundle.display()
         ))),
     }
