@@ -7,7 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
+use crate::abreast::ride;
 use crate::arrays::{numbers, reals, rows, shaped};
+use crate::course::{Even, Rows};
 use crate::errors::UsageError;
 use crate::interrupt::until_done;
 use crate::model::Model;
@@ -240,10 +242,12 @@ impl Batch {
 
     fn step(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<Ticks> {
         let (rows, shape) = self.rows(positions, &[("n", Some(self.n))])?;
-        let outcomes = py.detach(|| {
+        let mut outcomes = vec![Outcome::default(); rows.len()];
+        py.detach(|| {
             let mut twins = self.locked();
-            let both = twins.par_iter_mut().zip(&rows);
-            both.map(|(twin, row)| twin.tick(Some(row), None)).collect()
+            let places = outcomes.chunks_mut(1).zip(rows.chunks(1));
+            let courses = places.map(|(places, rows)| Rows::new(rows, places));
+            ride(twins.iter_mut().zip(courses).collect());
         });
         Ok(Ticks::new(outcomes, None, shape, self.is_double()))
     }
@@ -257,12 +261,11 @@ impl Batch {
             until_done(py, || {
                 let mut twins = self.locked();
                 let most = PART.min(ticks - done);
-                let places = outcomes.par_chunks_mut(ticks).zip(rows.par_chunks(ticks));
-                twins.par_iter_mut().zip(places).for_each(|(twin, (places, rows))| {
-                    for (place, row) in places.iter_mut().zip(rows).skip(done).take(most) {
-                        *place = twin.tick(Some(row), None);
-                    }
-                });
+                let places = outcomes.chunks_mut(ticks).zip(rows.chunks(ticks));
+                let part = done..done + most;
+                let courses = places
+                    .map(|(places, rows)| Rows::new(&rows[part.clone()], &mut places[part.clone()]));
+                ride(twins.iter_mut().zip(courses).collect());
                 done += most;
                 Ok(done == ticks)
             })?;
@@ -281,10 +284,17 @@ impl Batch {
         if ticks == 0 {
             return Err(UsageError::new_err("ticks is 0\n  fix: give at least one tick"));
         }
-        let (outcomes, peaks_n) = py.detach(|| {
+        let mut outcomes = vec![Outcome::default(); rows.len()];
+        let mut peaks_n = vec![0.0; rows.len()];
+        py.detach(|| {
             let mut twins = self.locked();
-            let both = twins.par_iter_mut().zip(&rows);
-            both.map(|(twin, row)| twin.move_to(row, ticks)).unzip()
+            let answers = outcomes.iter_mut().zip(&mut peaks_n);
+            let rides = twins.iter_mut().zip(&rows).zip(answers);
+            let rides = rides.map(|((twin, goal), (last, largest_n))| {
+                let course = Even::new(twin.at, goal, ticks, last, largest_n);
+                (twin, course)
+            });
+            ride(rides.collect());
         });
         Ok(Ticks::new(outcomes, Some(peaks_n), shape, self.is_double()))
     }

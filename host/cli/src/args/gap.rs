@@ -119,6 +119,9 @@ pub struct BlindTestRunArguments {
     /// Stop after this many cases. Another run continues.
     #[arg(long)]
     pub most: Option<usize>,
+    /// Diagnose only this case; can be given several times. So several computers share a blind test.
+    #[arg(long = "case", value_name = "CASE")]
+    pub cases: Vec<String>,
 }
 
 #[derive(Debug, Args)]
