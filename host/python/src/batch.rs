@@ -19,7 +19,7 @@ use crate::ticks::Ticks;
 use crate::twin::{Node, Outcome, Rig, Twin};
 
 /// Ticks of each catheter between two looks at the clock, and while its state stays in a core's cache.
-const PART: usize = 20;
+const PART: usize = 50;
 
 /// `n` independent catheters.
 #[pyclass(frozen, subclass, module = "cathforce")]
@@ -263,8 +263,9 @@ impl Batch {
                 let most = PART.min(ticks - done);
                 let places = outcomes.chunks_mut(ticks).zip(rows.chunks(ticks));
                 let part = done..done + most;
-                let courses = places
-                    .map(|(places, rows)| Rows::new(&rows[part.clone()], &mut places[part.clone()]));
+                let courses = places.map(|(places, rows)| {
+                    Rows::new(&rows[part.clone()], &mut places[part.clone()])
+                });
                 ride(twins.iter_mut().zip(courses).collect());
                 done += most;
                 Ok(done == ticks)

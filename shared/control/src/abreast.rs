@@ -119,8 +119,12 @@ impl Attendant<f32, MAX_LINKS> for Lanes<'_, '_> {
                 continue;
             };
             let config = self.configs[k];
-            let mut answer =
-                Answer { config, contact, is_finite: finite[k] && placed(found, k), is_anew: false };
+            let mut answer = Answer {
+                config,
+                contact,
+                is_finite: finite[k] && placed(found, k),
+                is_anew: false,
+            };
             let found = self.memories[k].complete(&config.settings, &mut answer, begun);
             anew[k] = answer.is_anew;
             if anew[k] {
@@ -128,9 +132,8 @@ impl Attendant<f32, MAX_LINKS> for Lanes<'_, '_> {
             }
             outputs.push(Some(found));
         }
-        let digests = (0..found.lanes).map(|k| {
-            self.memories.get_mut(k).map_or(0, |memory| memory.digest().value())
-        });
+        let digests = (0..found.lanes)
+            .map(|k| self.memories.get_mut(k).map_or(0, |memory| memory.digest().value()));
         let digests = each_lane(found, Digests { nodes: &nodes, digests: digests.collect() });
         for (k, outputs) in outputs.iter_mut().enumerate() {
             let Some(outputs) = outputs else { continue };

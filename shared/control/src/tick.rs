@@ -215,12 +215,7 @@ impl Memory {
 
     /// The stages before the forces are estimated.
     #[inline(always)]
-    pub fn begin(
-        &mut self,
-        settings: &Settings,
-        model: &impl Estimator,
-        inputs: &Inputs,
-    ) -> Begun {
+    pub fn begin(&mut self, settings: &Settings, model: &impl Estimator, inputs: &Inputs) -> Begun {
         self.tick = self.tick.wrapping_add(1);
         let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());

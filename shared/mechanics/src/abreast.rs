@@ -261,6 +261,30 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
         }
     }
 
+    /// Puts the guide of each shorter chain to where its next link would be.
+    #[inline(always)]
+    fn put_guides<T: Real>(
+        &mut self,
+        states: &[&mut State<T, LINKS>],
+        here: &[bool],
+        longest: usize,
+    ) where
+        P: PlainPack<T>,
+    {
+        for (k, state) in states.iter().enumerate().take(here.len()) {
+            if !here[k] || state.count >= longest {
+                continue;
+            }
+            let place = &mut self.chains.links[state.count];
+            let (only, guide) = (self.masks[k], &state.guide);
+            place.rotation.w.put(only, guide.rotation.w);
+            Abreast::put_vector(&mut place.rotation.v, only, guide.rotation.v);
+            Abreast::put_vector(&mut place.tangent, only, guide.tangent);
+            Abreast::put_vector(&mut place.turn, only, guide.turn);
+            Abreast::put_vector(&mut place.displacement, only, guide.displacement);
+        }
+    }
+
     #[inline(always)]
     fn tick<T: Real>(
         &mut self,
@@ -276,9 +300,8 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
         let n = here.len();
         let is_here = |k: usize| k < n && here[k];
         let solver = models[0].description().solver;
-        let mut ticks: Vec<Option<Tick<T>>> = (0..n)
-            .map(|k| here[k].then(|| Tick::begin(models[k], states[k], drives[k])))
-            .collect();
+        let mut ticks: Vec<Option<Tick<T>>> =
+            (0..n).map(|k| here[k].then(|| Tick::begin(models[k], states[k], drives[k]))).collect();
         let mut outputs = vec![None; n];
         for part in 1..=solver.substeps.max(1) {
             for (k, tick) in ticks.iter_mut().enumerate() {
@@ -331,17 +354,12 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
                 dt_s: Abreast::<P>::from_lanes(|k| predictions[k].dt_s),
                 forgotten: Abreast::from_lanes(|k| predictions[k].forgotten),
             };
-            predict::<Abreast<P>, Abreast<P>>(&mut self.chains.links[..longest], count, mouth, &prediction);
-            for k in (0..n).filter(|&k| here[k] && states[k].count < longest) {
-                let place = &mut self.chains.links[states[k].count];
-                let (only, guide) = (self.masks[k], &states[k].guide);
-                place.rotation.w.put(only, guide.rotation.w);
-                Abreast::put_vector(&mut place.rotation.v, only, guide.rotation.v);
-                Abreast::put_vector(&mut place.tangent, only, guide.tangent);
-                Abreast::put_vector(&mut place.turn, only, guide.turn);
-                Abreast::put_vector(&mut place.displacement, only, guide.displacement);
-            }
-
+            predict::<Abreast<P>, Abreast<P>>(
+                &mut self.chains.links[..longest],
+                count,
+                mouth,
+                &prediction,
+            );
             let cells = P::per_lane(|k| match tick(k) {
                 Some(tick) => base_cells(models[k], states[k], &tick.scheme),
                 None => (T::ONE, [Cell::new(T::ONE, T::ONE, T::ZERO, [T::ZERO; 2]); 2]),
@@ -354,6 +372,8 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
                 for (state, _) in states.iter_mut().zip(here).filter(|(_, here)| **here) {
                     state.nodes_sampled ^= scheme.first;
                 }
+                // The last solve has moved them.
+                self.put_guides(states, here, longest);
                 let of_nodes = Abreast::<P>::mask(|k| states[k.min(n - 1)].nodes_sampled);
                 let Chains { links, eliminations } = &mut self.chains;
                 let (Ok(links), Ok(eliminations)) =
@@ -376,13 +396,8 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
                     at_base: [0, 1].map(|which| Cell::gather(|k| &cells[k].1[which])),
                 };
                 let Bodies { tables, wall, gravity, radius_m, is_viscous } = &self.bodies;
-                let body = Body {
-                    tables,
-                    wall,
-                    gravity,
-                    radius_m: *radius_m,
-                    is_viscous: *is_viscous,
-                };
+                let body =
+                    Body { tables, wall, gravity, radius_m: *radius_m, is_viscous: *is_viscous };
                 if scheme.first {
                     let lumen = StoredAbreast(Stored::<T>::new(lumen));
                     let lowest_m = sample_wall::<Abreast<P>, Abreast<P>, LINKS>(
@@ -396,7 +411,11 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
                 let zero = [Abreast::lit(0.0); 3];
                 let loads = Loads { tip_force_n: zero, tip_moment_n_m: zero };
                 let totals = solve::<Abreast<P>, Abreast<P>, _, LINKS>(
-                    &body, &mut chain, &loads, &scheme, &mut Nominal,
+                    &body,
+                    &mut chain,
+                    &loads,
+                    &scheme,
+                    &mut Nominal,
                 );
                 let turned = totals.largest_turn_squared.numbers();
                 for k in (0..n).filter(|&k| here[k]) {
@@ -417,7 +436,8 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
                             node: node[k].truncated() as u16,
                             stretched_squared: stretched_squared[k],
                         };
-                        outputs[k] = Some(collect_outputs(models[k], states[k], &totals[k], &peaks));
+                        outputs[k] =
+                            Some(collect_outputs(models[k], states[k], &totals[k], &peaks));
                     }
                 }
             }

@@ -45,7 +45,10 @@ impl<P: Number, const LINKS: usize> Bodies<P, LINKS> {
             mass: Abreast::from_lanes(|lane| model(lane).tables.links[j].mass),
         };
         Self {
-            tables: Tables { joints: core::array::from_fn(joint), links: core::array::from_fn(link) },
+            tables: Tables {
+                joints: core::array::from_fn(joint),
+                links: core::array::from_fn(link),
+            },
             wall: Wall {
                 line_stiffness_n_per_m2: each(|model| model.wall.line_stiffness_n_per_m2),
                 end_stiffness_n_per_m: each(|model| model.wall.end_stiffness_n_per_m),
@@ -73,8 +76,7 @@ impl<P: Number, const LINKS: usize> Chains<P, LINKS> {
         let (no_link, nothing) = (LinkState::new(), Proximity::none());
         for j in 0..LINKS {
             let is_there = j < longest;
-            let link =
-                |lane: usize| if is_there { &state(lane).links[j] } else { &no_link };
+            let link = |lane: usize| if is_there { &state(lane).links[j] } else { &no_link };
             links.push(LinkState::gather(link));
             eliminations.push(Elimination::of_nothing([0, 1].map(|which| {
                 Proximity::gather(|lane| match is_there {
@@ -116,8 +118,7 @@ impl<P: Number> LinkState<Abreast<P>> {
         let vector = |get: fn(&LinkState<T>) -> Vector3<T>| {
             Abreast::<P>::gather_vectors(|lane| get(of(lane)))
         };
-        let number =
-            |get: fn(&LinkState<T>) -> T| Abreast::<P>::from_lanes(|lane| get(of(lane)));
+        let number = |get: fn(&LinkState<T>) -> T| Abreast::<P>::from_lanes(|lane| get(of(lane)));
         Self {
             rotation: Rotation::gather(|lane| &of(lane).rotation),
             tangent: vector(|link| link.tangent),

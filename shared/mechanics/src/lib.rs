@@ -50,9 +50,9 @@ mod wrench;
 #[cfg(not(target_os = "none"))]
 pub use abreast::{Attendant, Found, Kind, side_by_side};
 pub use cathforce_scalar::{Number, Real};
+pub use compiled::{Compiled, MOST_LINKS, settle, settle_loaded, step, step_loaded};
 #[cfg(not(target_os = "none"))]
 pub use compiled::{CompiledAbreast, step_abreast};
-pub use compiled::{Compiled, MOST_LINKS, settle, settle_loaded, step, step_loaded};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
 pub use io::{Drive, Drives, Loads, Outputs};

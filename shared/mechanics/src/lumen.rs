@@ -199,7 +199,10 @@ impl<'a> Lumen<'a> {
 
     /// [`Lumen::sample`] of one point in each lane.
     #[inline(always)]
-    pub(crate) fn sample_lanes<T: Real, N: PlainPack<T>>(&self, point: Vector3<N>) -> WallSample<N> {
+    pub(crate) fn sample_lanes<T: Real, N: PlainPack<T>>(
+        &self,
+        point: Vector3<N>,
+    ) -> WallSample<N> {
         let x = self.place::<T, N>(point.x(), 0);
         let y = self.place::<T, N>(point.y(), 1);
         let z = self.place::<T, N>(point.z(), 2);

@@ -46,7 +46,10 @@ pub(crate) fn solve<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
     scheme: &Scheme<S>,
     law: &mut L,
 ) -> Totals<S> {
-    assemble_loads::<S, N, L, LINKS>(body, chain, scheme, law);
+    // The number of links is an argument: of one that is read from memory the compiler does not know the
+    // largest value, and the device's code would have panics (P13).
+    let count = chain.longest.min(LINKS);
+    assemble_loads::<S, N, L, LINKS>(body, chain, count, scheme, law);
     joint_moments::<S, N, L, LINKS>(body, chain, law);
     let wrench = forward_elimination::<S, LINKS>(body, chain, Wrench::beyond_tip(loads));
     if scheme.last {
@@ -112,13 +115,14 @@ fn surface_slide<S: Catheters, N: Pack<S>, L: Law<S>>(
 fn assemble_loads<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
     body: &Body<'_, S, LINKS>,
     chain: &mut Chain<'_, S, LINKS>,
+    count: usize,
     scheme: &Scheme<S>,
     law: &mut L,
 ) {
-    let Chain { links, eliminations, guide, fed_m, momentum_share, longest, .. } = chain;
+    let Chain { links, eliminations, guide, fed_m, momentum_share, .. } = chain;
     let Body { tables, wall, .. } = *body;
-    let count = (*longest).min(LINKS);
     let (links, eliminations) = (&links[..count], &mut eliminations[..count]);
+    let masses = &tables.links[..count];
     let half = S::lit(0.5);
     let inverse_dt = S::lit(1.0) / scheme.dt_s;
     let inertia_per_mass = N::splat(scheme.inertia * inverse_dt * inverse_dt);
@@ -152,7 +156,7 @@ fn assemble_loads<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
 
         let lumped = group.map_in_order(|j, _| {
             let Span { length, share, .. } = links[j].span;
-            let (arc, mass) = (length * half, tables.links[j].mass * share * half);
+            let (arc, mass) = (length * half, masses[j].mass * share * half);
             let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
             (distal_arc, distal_mass) = (arc, mass);
             let node_stiffness = line * node_arc * half + end_stiffness;
@@ -267,7 +271,7 @@ fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
     let [up, side] = [[1.0, 0.0], [0.0, 1.0]];
     let is_viscous = body.is_viscous;
     // Of catheters abreast, one's base link may be beside another's full ones.
-    let base = chain.shortest.saturating_sub(at_base.len());
+    let base = chain.shortest.min(count).saturating_sub(at_base.len());
     let full = if S::ABREAST { count } else { base };
     for group in LinkGroup::<N>::all(full) {
         let distal = |lane: usize| &links[group.at(lane)];

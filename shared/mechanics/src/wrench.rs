@@ -5,11 +5,11 @@
 
 use cathforce_scalar::{Blend, Number, Vector3};
 
+use crate::Loads;
 use crate::algebra::{LdltFactor, Matrix3, Sym3, reload_barrier};
 use crate::contact::LinearContact;
 use crate::proximity::Proximity;
 use crate::state::{Elimination, LinkLoads, Stretch};
-use crate::Loads;
 
 /// The linear wrench of everything distal to a point.
 #[derive(Clone)]

@@ -148,11 +148,7 @@ impl<P: Number> Catheters for Abreast<P> {
         Self::choose(mask, Self::lit(1.0), Self::lit(0.0)).below(Self::lit(0.5))
     }
     #[inline(always)]
-    fn either<X: Blend<Self>>(
-        mask: P::Mask,
-        yes: impl FnOnce() -> X,
-        no: impl FnOnce() -> X,
-    ) -> X {
+    fn either<X: Blend<Self>>(mask: P::Mask, yes: impl FnOnce() -> X, no: impl FnOnce() -> X) -> X {
         X::blend(mask, yes(), no())
     }
 }

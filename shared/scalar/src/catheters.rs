@@ -63,11 +63,7 @@ impl<S: Number, A: Blend<S>, B: Blend<S>> Blend<S> for (A, B) {
 impl<S: Number, A: Blend<S>, B: Blend<S>, C: Blend<S>> Blend<S> for (A, B, C) {
     #[inline(always)]
     fn blend(mask: S::Mask, yes: Self, no: Self) -> Self {
-        (
-            A::blend(mask, yes.0, no.0),
-            B::blend(mask, yes.1, no.1),
-            C::blend(mask, yes.2, no.2),
-        )
+        (A::blend(mask, yes.0, no.0), B::blend(mask, yes.1, no.1), C::blend(mask, yes.2, no.2))
     }
 }
 

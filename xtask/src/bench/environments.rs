@@ -53,12 +53,16 @@ struct Measured {
 pub fn measure(given: &Given) -> anyhow::Result<()> {
     let consent = Consent::of(given);
     let wheel = match given.path("wheel")? {
-        Some(wheel) if !wheel.is_file() => bail!("--wheel {}: there is no such file", wheel.display()),
+        Some(wheel) if !wheel.is_file() => {
+            bail!("--wheel {}: there is no such file", wheel.display())
+        }
         Some(wheel) => wheel,
         None => wheel::build(consent)?,
     };
     let wheel = wheel.to_str().context("the path of the wheel is not Unicode")?;
-    consent.to("pip install of the wheel and of each other environment, in folders that are removed")?;
+    consent.to(
+        "pip install of the wheel and of each other environment, in folders that are removed",
+    )?;
     let mut peers = Vec::new();
     let mut absent: Vec<(&str, String)> = Vec::new();
     for peer in &PEERS {
@@ -142,7 +146,8 @@ impl Measured {
         };
         let rates = answer.get("rates").and_then(Value::as_array).context("no list `rates`")?;
         let rates = rates.iter().map(|row| {
-            let (control_hz, steps_per_s) = (number(row, "control_hz")?, number(row, "steps_per_s")?);
+            let (control_hz, steps_per_s) =
+                (number(row, "control_hz")?, number(row, "steps_per_s")?);
             Ok(Rate { control_hz, steps_per_s })
         });
         let rates = rates.collect::<anyhow::Result<Vec<_>>>()?;
@@ -162,10 +167,8 @@ fn table(own: &Measured, peers: &[(&str, Measured)]) -> anyhow::Result<String> {
     );
     for rate in &own.rates {
         let Rate { control_hz, steps_per_s } = rate;
-        text += &format!(
-            "| Cathforce {} | {control_hz:.0} Hz | {steps_per_s:.0} | |\n",
-            own.version
-        );
+        text +=
+            &format!("| Cathforce {} | {control_hz:.0} Hz | {steps_per_s:.0} | |\n", own.version);
         for (name, peer) in peers {
             for theirs in peer.rates.iter().filter(|theirs| theirs.control_hz == *control_hz) {
                 let ratio = steps_per_s / theirs.steps_per_s;
@@ -178,13 +181,16 @@ fn table(own: &Measured, peers: &[(&str, Measured)]) -> anyhow::Result<String> {
     }
     text += "\n| catheters of 64 links in a batch | catheter-milliseconds a second | growth of the time |\n\
              | --- | --- | --- |\n";
-    let batches = own.answer.get("batches").and_then(Value::as_array).context("no list `batches`")?;
+    let batches =
+        own.answer.get("batches").and_then(Value::as_array).context("no list `batches`")?;
     let mut before: Option<(f64, f64)> = None;
     for row in batches {
         let number = |name: &str| row.get(name).and_then(Value::as_f64);
-        let (n, rate) = number("n").zip(number("catheter_ms_per_s")).context("a row of `batches`")?;
+        let (n, rate) =
+            number("n").zip(number("catheter_ms_per_s")).context("a row of `batches`")?;
         let growth = before.filter(|(other, _)| n == 2.0 * other);
-        let growth = growth.map_or(String::new(), |(_, other)| format!("× {:.2}", 2.0 * other / rate));
+        let growth =
+            growth.map_or(String::new(), |(_, other)| format!("× {:.2}", 2.0 * other / rate));
         text += &format!("| {n} | {rate:.0} | {growth} |\n");
         before = Some((n, rate));
     }

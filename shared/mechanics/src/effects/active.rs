@@ -34,11 +34,7 @@ pub(crate) trait Law<S: Catheters> {
     /// Motion of the surface at a sample relative to the chain in this step.
     #[inline(always)]
     fn slide(&self, _sample: usize) -> Slide<S> {
-        Slide {
-            along_m: S::lit(0.0),
-            turn_rad: S::lit(0.0),
-            ratio_to_last: S::lit(1.0),
-        }
+        Slide { along_m: S::lit(0.0), turn_rad: S::lit(0.0), ratio_to_last: S::lit(1.0) }
     }
 
     /// Distance \[m\] and normal of the wall at a point, from those of the nominal wall.
