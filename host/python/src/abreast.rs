@@ -9,7 +9,7 @@ use crate::row::{Layout, Row};
 use crate::twin::{Outcome, Rig, State, Twin};
 
 /// Fewest catheters that are stepped abreast: all lanes together take about as long as three catheters one
-/// after the other (`cargo xtask bench environments`).
+/// after the other (`cargo xtask bench --environments`).
 const FEWEST: usize = 3;
 
 /// Where the drives of a catheter go, tick by tick, and where the answers are put.
@@ -17,6 +17,16 @@ pub trait Course: Send {
     /// Positions in the next tick; `None` after the last.
     fn next(&mut self) -> Option<Row>;
     fn take(&mut self, outcome: Outcome);
+}
+
+impl<C: Course> Course for &mut C {
+    fn next(&mut self) -> Option<Row> {
+        (**self).next()
+    }
+
+    fn take(&mut self, outcome: Outcome) {
+        (**self).take(outcome);
+    }
 }
 
 /// A catheter and its course.

@@ -18,8 +18,11 @@ use crate::snapshot::Snapshot;
 use crate::ticks::Ticks;
 use crate::twin::{Node, Outcome, Rig, Twin};
 
-/// Ticks of each catheter between two looks at the clock, and while its state stays in a core's cache.
+/// Ticks of each catheter between two looks at the clock. To lay catheters abreast takes as long as two ticks
+/// (`cargo xtask bench --environments`), so that fewer would cost.
 const PART: usize = 50;
+/// Catheters that come to rest between two looks at the clock: each takes some hundred ticks.
+const RESETS: usize = 64;
 
 /// `n` independent catheters.
 #[pyclass(frozen, subclass, module = "cathforce")]
@@ -217,27 +220,38 @@ impl Batch {
             Some(parameters) => self.rig().with_parameters(&parameters[k]).map(Some),
             None => Ok(None),
         };
-        let done = py.detach(|| {
+        let starts = py.detach(|| {
             let starts = which.par_iter().enumerate().map(|(k, &index)| {
                 let rig = made(k).map_err(|error| format!("catheter {index}: {error}"))?;
                 Ok(Start { index, at: at[k], rig })
             });
-            let starts: Vec<Start> = starts.collect::<Result<_, String>>()?;
+            starts.collect::<Result<Vec<Start>, String>>()
+        });
+        let starts = starts.map_err(UsageError::new_err)?;
+        let mut start = vec![None; self.n];
+        py.detach(|| {
             let mut twins = self.locked();
-            for Start { index, rig, .. } in &starts {
+            for Start { index, rig, at } in &starts {
                 if let Some(rig) = rig {
                     twins[*index] = Twin::new(rig.clone());
                 }
+                start[*index] = Some(*at);
             }
-            let mut start = vec![None; twins.len()];
-            starts.iter().for_each(|own| start[own.index] = Some(own.at));
-            let settled = twins.par_iter_mut().zip(&start).enumerate().map(|(k, (twin, start))| {
+        });
+        let mut next = 0;
+        until_done(py, || {
+            let mut twins = self.locked();
+            let part = next..self.n.min(next + RESETS);
+            let both = twins[part.clone()].par_iter_mut().zip(&start[part.clone()]);
+            let settled = both.enumerate().map(|(k, (twin, start))| {
                 let Some(at) = start else { return Ok(()) };
+                let k = part.start + k;
                 twin.reset(*at, armed).map_err(|error| format!("catheter {k}: {error}"))
             });
-            settled.collect::<Result<(), String>>()
-        });
-        done.map_err(UsageError::new_err)
+            settled.collect::<Result<(), String>>().map_err(UsageError::new_err)?;
+            next = part.end;
+            Ok(next == self.n)
+        })
     }
 
     fn step(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<Ticks> {
@@ -287,16 +301,20 @@ impl Batch {
         }
         let mut outcomes = vec![Outcome::default(); rows.len()];
         let mut peaks_n = vec![0.0; rows.len()];
-        py.detach(|| {
-            let mut twins = self.locked();
-            let answers = outcomes.iter_mut().zip(&mut peaks_n);
-            let rides = twins.iter_mut().zip(&rows).zip(answers);
-            let rides = rides.map(|((twin, goal), (last, largest_n))| {
-                let course = Even::new(twin.at, goal, ticks, last, largest_n);
-                (twin, course)
-            });
-            ride(rides.collect());
-        });
+        let from: Vec<Row> = py.detach(|| self.locked().iter().map(|twin| twin.at).collect());
+        let answers = outcomes.iter_mut().zip(&mut peaks_n);
+        let courses = from.into_iter().zip(&rows).zip(answers);
+        let mut courses: Vec<Even<'_>> = courses
+            .map(|((from, goal), (last, peak_n))| Even::new(from, goal, ticks, last, peak_n))
+            .collect();
+        until_done(py, || {
+            let mut goes_on = false;
+            courses.iter_mut().for_each(|course| goes_on |= course.go_on(PART));
+            if goes_on {
+                ride(self.locked().iter_mut().zip(&mut courses).collect());
+            }
+            Ok(!goes_on)
+        })?;
         Ok(Ticks::new(outcomes, Some(peaks_n), shape, self.is_double()))
     }
 

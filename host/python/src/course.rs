@@ -35,6 +35,8 @@ pub struct Even<'a> {
     goal: &'a Row,
     ticks: usize,
     done: usize,
+    /// Ticks after which it pauses.
+    pause: usize,
     last: &'a mut Outcome,
     largest_n: &'a mut f64,
     any: [bool; 3],
@@ -48,13 +50,21 @@ impl<'a> Even<'a> {
         last: &'a mut Outcome,
         largest_n: &'a mut f64,
     ) -> Self {
-        Self { from, goal, ticks, done: 0, last, largest_n, any: [false; 3] }
+        Self { from, goal, ticks, done: 0, pause: 0, last, largest_n, any: [false; 3] }
+    }
+}
+
+impl Even<'_> {
+    /// Goes on for a number of ticks at most; `false` at the goal.
+    pub fn go_on(&mut self, ticks: usize) -> bool {
+        self.pause = self.ticks.min(self.done + ticks);
+        self.done < self.ticks
     }
 }
 
 impl Course for Even<'_> {
     fn next(&mut self) -> Option<Row> {
-        if self.done == self.ticks {
+        if self.done == self.pause {
             return None;
         }
         self.done += 1;
