@@ -312,10 +312,7 @@ fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
             }
         }
     }
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "of `j` below `count` it is known that no index panics"
-    )]
+    // Said this way, the device's code has no panic here (P13).
     for j in base..count {
         let Some(distal) = inside.get(j) else {
             continue;
