@@ -126,7 +126,7 @@ fn measured_in(
     Measured::of(answer)
 }
 
-/// What a command prints on its standard output; the error is the last line of what it says.
+/// What a command prints on its standard output; the error is the line that tells why it failed.
 fn printed(command: &mut Command) -> anyhow::Result<String> {
     eprintln!("\n▶ {}", crate::shell::line(command));
     let output = command.output()?;
@@ -134,9 +134,14 @@ fn printed(command: &mut Command) -> anyhow::Result<String> {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let errors = said.lines().filter(|line| line.to_lowercase().contains("error"));
-    let last = errors.chain(said.lines().filter(|line| !line.trim().is_empty())).next();
-    bail!("{}", last.unwrap_or("it said nothing").trim())
+    bail!("{}", cause(&said))
+}
+
+/// The line that tells most of why a command failed: Git's own, else the first error, else the last line.
+fn cause(said: &str) -> &str {
+    let with = |word: &str| said.lines().find(|line| line.to_lowercase().contains(word));
+    let last = || said.lines().rfind(|line| !line.trim().is_empty());
+    with("fatal:").or_else(|| with("error")).or_else(last).unwrap_or("it said nothing").trim()
 }
 
 impl Measured {
@@ -222,6 +227,15 @@ mod tests {
         ] {
             assert!(text.contains(expected), "`{expected}` is not in:\n{text}");
         }
+    }
+
+    #[test]
+    fn the_line_is_shown_that_tells_why() {
+        let said =
+            "  error: subprocess-exited-with-error\n  fatal: unable to access it\nSee above.\n";
+        assert_eq!(cause(said), "fatal: unable to access it");
+        assert_eq!(cause("ERROR: no such package\nnote: see\n"), "ERROR: no such package");
+        assert_eq!(cause("\n"), "it said nothing");
     }
 
     #[test]
