@@ -184,8 +184,8 @@ fn table(own: &Measured, peers: &[(&str, Measured)]) -> anyhow::Result<String> {
             }
         }
     }
-    text += "\n| catheters of 64 links in a batch | catheter-milliseconds a second | growth of the time |\n\
-             | --- | --- | --- |\n";
+    text += "\n| catheters of 64 links in a batch | catheter-milliseconds a second | growth of the time | \
+             processor time of each |\n| --- | --- | --- | --- |\n";
     let batches =
         own.answer.get("batches").and_then(Value::as_array).context("no list `batches`")?;
     let mut before: Option<(f64, f64)> = None;
@@ -196,7 +196,8 @@ fn table(own: &Measured, peers: &[(&str, Measured)]) -> anyhow::Result<String> {
         let growth = before.filter(|(other, _)| n == 2.0 * other);
         let growth =
             growth.map_or(String::new(), |(_, other)| format!("× {:.2}", 2.0 * other / rate));
-        text += &format!("| {n} | {rate:.0} | {growth} |\n");
+        let processor_us = number("processor_us").context("no number `processor_us`")?;
+        text += &format!("| {n} | {rate:.0} | {growth} | {processor_us:.2} µs |\n");
         before = Some((n, rate));
     }
     Ok(text)
@@ -211,7 +212,10 @@ mod tests {
         let answer = json!({
             "version": version,
             "rates": [{ "control_hz": 20.0, "steps_per_s": steps_per_s }],
-            "batches": [{ "n": 16, "catheter_ms_per_s": 5e5 }, { "n": 32, "catheter_ms_per_s": 4e5 }],
+            "batches": [
+                { "n": 16, "catheter_ms_per_s": 5e5, "processor_us": 3.0 },
+                { "n": 32, "catheter_ms_per_s": 4e5, "processor_us": 3.5 },
+            ],
         });
         Measured::of(answer).unwrap()
     }
@@ -222,8 +226,8 @@ mod tests {
         for expected in [
             "| Cathforce 1.0 | 20 Hz | 4000 | |",
             "| Other 2.0 | 20 Hz | 10.0 | 400 × |",
-            "| 16 | 500000 |  |",
-            "| 32 | 400000 | × 2.50 |",
+            "| 16 | 500000 |  | 3.00 µs |",
+            "| 32 | 400000 | × 2.50 | 3.50 µs |",
         ] {
             assert!(text.contains(expected), "`{expected}` is not in:\n{text}");
         }
