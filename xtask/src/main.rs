@@ -121,7 +121,7 @@ static TASKS: [Task; 14] = [
         former: None,
         about: "Build the Python package as a wheel, with the program in it.",
         options: &[consent::YES],
-        run: |given| wheel::build(Consent::of(given)),
+        run: |given| wheel::build(Consent::of(given)).map(|_| ()),
     },
     Task {
         name: "audit",

@@ -11,8 +11,8 @@ use crate::shell::{command, output, root, run, target_folder};
 /// Builds wheels; another version may lay them out differently.
 const MATURIN: &str = "maturin==1.16.0";
 
-/// Builds program and library as people use them, and says where the wheel is.
-pub fn build(consent: Consent) -> anyhow::Result<()> {
+/// Builds program and library as people use them; says where the wheel is, and returns it.
+pub fn build(consent: Consent) -> anyhow::Result<PathBuf> {
     let maturin = maturin(consent)?;
     let program = build::host()?;
     let package = root().join("host/python");
@@ -30,8 +30,9 @@ pub fn build(consent: Consent) -> anyhow::Result<()> {
     // A package that is installed from its folder would take a program that has grown old.
     std::fs::remove_dir_all(&beside).with_context(|| beside.display().to_string())?;
     built?;
-    println!("\npip install {}", newest(&out)?.display());
-    Ok(())
+    let wheel = newest(&out)?;
+    println!("\npip install {}", wheel.display());
+    Ok(wheel)
 }
 
 fn newest(folder: &Path) -> anyhow::Result<PathBuf> {

@@ -7,7 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
+use crate::abreast::ride;
 use crate::arrays::{numbers, reals, rows, shaped};
+use crate::course::{Even, Rows};
 use crate::errors::UsageError;
 use crate::interrupt::until_done;
 use crate::model::Model;
@@ -16,8 +18,11 @@ use crate::snapshot::Snapshot;
 use crate::ticks::Ticks;
 use crate::twin::{Node, Outcome, Rig, Twin};
 
-/// Ticks of each catheter between two looks at the clock, and while its state stays in a core's cache.
-const PART: usize = 20;
+/// Ticks of each catheter between two looks at the clock. To lay catheters abreast takes as long as two ticks
+/// (`cargo xtask bench --environments`), so that fewer would cost.
+const PART: usize = 50;
+/// Catheters that come to rest between two looks at the clock: each takes some hundred ticks.
+const RESETS: usize = 64;
 
 /// `n` independent catheters.
 #[pyclass(frozen, subclass, module = "cathforce")]
@@ -215,35 +220,48 @@ impl Batch {
             Some(parameters) => self.rig().with_parameters(&parameters[k]).map(Some),
             None => Ok(None),
         };
-        let done = py.detach(|| {
+        let starts = py.detach(|| {
             let starts = which.par_iter().enumerate().map(|(k, &index)| {
                 let rig = made(k).map_err(|error| format!("catheter {index}: {error}"))?;
                 Ok(Start { index, at: at[k], rig })
             });
-            let starts: Vec<Start> = starts.collect::<Result<_, String>>()?;
+            starts.collect::<Result<Vec<Start>, String>>()
+        });
+        let starts = starts.map_err(UsageError::new_err)?;
+        let mut start = vec![None; self.n];
+        py.detach(|| {
             let mut twins = self.locked();
-            for Start { index, rig, .. } in &starts {
+            for Start { index, rig, at } in &starts {
                 if let Some(rig) = rig {
                     twins[*index] = Twin::new(rig.clone());
                 }
+                start[*index] = Some(*at);
             }
-            let mut start = vec![None; twins.len()];
-            starts.iter().for_each(|own| start[own.index] = Some(own.at));
-            let settled = twins.par_iter_mut().zip(&start).enumerate().map(|(k, (twin, start))| {
+        });
+        let mut next = 0;
+        until_done(py, || {
+            let mut twins = self.locked();
+            let part = next..self.n.min(next + RESETS);
+            let both = twins[part.clone()].par_iter_mut().zip(&start[part.clone()]);
+            let settled = both.enumerate().map(|(k, (twin, start))| {
                 let Some(at) = start else { return Ok(()) };
+                let k = part.start + k;
                 twin.reset(*at, armed).map_err(|error| format!("catheter {k}: {error}"))
             });
-            settled.collect::<Result<(), String>>()
-        });
-        done.map_err(UsageError::new_err)
+            settled.collect::<Result<(), String>>().map_err(UsageError::new_err)?;
+            next = part.end;
+            Ok(next == self.n)
+        })
     }
 
     fn step(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<Ticks> {
         let (rows, shape) = self.rows(positions, &[("n", Some(self.n))])?;
-        let outcomes = py.detach(|| {
+        let mut outcomes = vec![Outcome::default(); rows.len()];
+        py.detach(|| {
             let mut twins = self.locked();
-            let both = twins.par_iter_mut().zip(&rows);
-            both.map(|(twin, row)| twin.tick(Some(row), None)).collect()
+            let places = outcomes.chunks_mut(1).zip(rows.chunks(1));
+            let courses = places.map(|(places, rows)| Rows::new(rows, places));
+            ride(twins.iter_mut().zip(courses).collect());
         });
         Ok(Ticks::new(outcomes, None, shape, self.is_double()))
     }
@@ -257,12 +275,12 @@ impl Batch {
             until_done(py, || {
                 let mut twins = self.locked();
                 let most = PART.min(ticks - done);
-                let places = outcomes.par_chunks_mut(ticks).zip(rows.par_chunks(ticks));
-                twins.par_iter_mut().zip(places).for_each(|(twin, (places, rows))| {
-                    for (place, row) in places.iter_mut().zip(rows).skip(done).take(most) {
-                        *place = twin.tick(Some(row), None);
-                    }
+                let places = outcomes.chunks_mut(ticks).zip(rows.chunks(ticks));
+                let part = done..done + most;
+                let courses = places.map(|(places, rows)| {
+                    Rows::new(&rows[part.clone()], &mut places[part.clone()])
                 });
+                ride(twins.iter_mut().zip(courses).collect());
                 done += most;
                 Ok(done == ticks)
             })?;
@@ -281,11 +299,22 @@ impl Batch {
         if ticks == 0 {
             return Err(UsageError::new_err("ticks is 0\n  fix: give at least one tick"));
         }
-        let (outcomes, peaks_n) = py.detach(|| {
-            let mut twins = self.locked();
-            let both = twins.par_iter_mut().zip(&rows);
-            both.map(|(twin, row)| twin.move_to(row, ticks)).unzip()
-        });
+        let mut outcomes = vec![Outcome::default(); rows.len()];
+        let mut peaks_n = vec![0.0; rows.len()];
+        let from: Vec<Row> = py.detach(|| self.locked().iter().map(|twin| twin.at).collect());
+        let answers = outcomes.iter_mut().zip(&mut peaks_n);
+        let courses = from.into_iter().zip(&rows).zip(answers);
+        let mut courses: Vec<Even<'_>> = courses
+            .map(|((from, goal), (last, peak_n))| Even::new(from, goal, ticks, last, peak_n))
+            .collect();
+        until_done(py, || {
+            let mut goes_on = false;
+            courses.iter_mut().for_each(|course| goes_on |= course.go_on(PART));
+            if goes_on {
+                ride(self.locked().iter_mut().zip(&mut courses).collect());
+            }
+            Ok(!goes_on)
+        })?;
         Ok(Ticks::new(outcomes, Some(peaks_n), shape, self.is_double()))
     }
 

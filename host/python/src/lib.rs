@@ -13,8 +13,10 @@
 
 #![forbid(unsafe_code)]
 
+mod abreast;
 mod arrays;
 mod batch;
+mod course;
 mod errors;
 mod interrupt;
 mod model;

@@ -32,7 +32,7 @@ pub enum State {
 #[derive(Clone)]
 pub struct Twin {
     pub rig: Rig,
-    state: State,
+    pub state: State,
     /// The drives' last positions.
     pub at: Row,
     /// It came to rest, so that from here on it follows the drives.
@@ -137,6 +137,31 @@ impl Rig {
     }
 }
 
+impl Outcome {
+    /// `moved`: the encoders were not silent.
+    pub fn of_device(
+        found: &cathforce_control::Outputs,
+        tip_m: Option<[f32; 3]>,
+        moved: bool,
+    ) -> Self {
+        let ages = [found.encoder_age_ticks, found.guidewire_age_ticks];
+        Self {
+            contact: widened(&found.contact),
+            tip_m: tip_m.map(|tip| tip.map(f64::from)),
+            device: Some(Device {
+                mode: found.mode,
+                fault: found.fault,
+                refused: moved && ages != [0; 2],
+                limited: found.limited.bits(),
+                haptic_force_n: found.force_n,
+                haptic_torque_n_m: found.torque_n_m,
+                band: found.band,
+                digest: found.digest,
+            }),
+        }
+    }
+}
+
 impl Twin {
     /// In the state directly after configuration.
     pub fn new(rig: Rig) -> Self {
@@ -198,21 +223,8 @@ impl Twin {
                 let inputs = row.map_or_else(Inputs::default, |row| row.inputs(layout));
                 let inputs = Inputs { command, ..inputs };
                 let found = cathforce_control::step(rig.config(), state, &inputs);
-                let ages = [found.encoder_age_ticks, found.guidewire_age_ticks];
-                Outcome {
-                    contact: widened(&found.contact),
-                    tip_m: state.mechanics().node_position_m(0).map(|tip| tip.map(f64::from)),
-                    device: Some(Device {
-                        mode: found.mode,
-                        fault: found.fault,
-                        refused: row.is_some() && ages != [0; 2],
-                        limited: found.limited.bits(),
-                        haptic_force_n: found.force_n,
-                        haptic_torque_n_m: found.torque_n_m,
-                        band: found.band,
-                        digest: found.digest,
-                    }),
-                }
+                let tip_m = state.mechanics().node_position_m(0);
+                Outcome::of_device(&found, tip_m, row.is_some())
             }
             (Rig::Double(rig), State::Double(state)) => {
                 let config = rig.config();
@@ -229,28 +241,6 @@ impl Twin {
     pub fn has_lost_the_drives(&self, outcome: &Outcome) -> bool {
         let idle = |device: Device| matches!(device.mode, Mode::Boot | Mode::Idle | Mode::Settling);
         self.follows && outcome.device.is_some_and(idle)
-    }
-
-    /// Moves all drives evenly to `goal` in a number of ticks. The result is the last tick's, with the largest
-    /// contact force of all of them, and flags that any of them has.
-    pub fn move_to(&mut self, goal: &Row, ticks: usize) -> (Outcome, f64) {
-        let from = self.at;
-        let (mut last, mut largest_n) = (Outcome::default(), 0.0f64);
-        let (mut unresolved, mut lost, mut refused) = (false, false, false);
-        for tick in 1..=ticks {
-            let at = from.towards(goal, tick as f64 / ticks as f64);
-            last = self.tick(Some(&at), None);
-            largest_n = largest_n.max(last.contact.peak_contact_force_n);
-            unresolved |= last.contact.unresolved;
-            lost |= last.contact.lost;
-            refused |= last.device.is_some_and(|device| device.refused);
-        }
-        last.contact.unresolved = unresolved;
-        last.contact.lost = lost;
-        if let Some(device) = &mut last.device {
-            device.refused = refused;
-        }
-        (last, largest_n)
     }
 
     /// Every node inside the vessel, from the tip on.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cathforce
 import numpy as np
 import pytest
+from conftest import BEND
 
 
 def paths(n: int, ticks: int) -> np.ndarray:
@@ -28,6 +29,58 @@ def test_each_has_the_bits_of_a_single_catheter(model: cathforce.Model) -> None:
         assert np.array_equal(together.digest[k], alone.digest)
         assert np.array_equal(together.force_on_vessel_n[k], alone.force_on_vessel_n)
     assert len(set(together.digest[:, -1])) == n, "they moved differently"
+
+
+def test_lanes_that_differ_in_everything_have_the_bits_of_a_single_catheter(model: cathforce.Model) -> None:
+    # Lengths, materials, an effect in the recursion, a beginning at another tick, and a drive that is too fast.
+    n, ticks = 13, 500
+    random = np.random.default_rng(4)
+    to_m = random.uniform(0.0, model.reach_m, n)
+    rows = np.empty((n, ticks, 2))
+    share = np.linspace(0, 1, ticks)
+    rows[..., 0] = np.linspace(0.001, 0.06, n)[:, None] + (to_m - np.linspace(0.001, 0.06, n))[:, None] * 0.15 * share
+    rows[..., 1] = random.uniform(-2, 2, n)[:, None] * np.sin(3 * share)
+    rows[5, 300:, 0] += 0.03
+    friction = np.where(np.arange(n) % 3 == 0, 0.05, 0.4)
+    relaxing = np.where(np.arange(n) == 7, 0.5, 0.0)
+    parameters = {
+        "wall.friction_coefficient": friction,
+        "effects.wall.viscoelastic.ratio": relaxing,
+    }
+    batch = cathforce.Batch(model, n, parameters=parameters)
+    batch.reset(rows[:, 0])
+    batch.step_many(np.repeat(rows[3:4, :1], n, axis=0)[:, :0])
+    late = [2, 6, 11]
+    batch.step_many(rows[:, :1])
+    batch.reset(rows[late, 0], which=late, parameters={name: of[late] for name, of in parameters.items()})
+    together = batch.step_many(rows)
+    after = batch.step(rows[:, -1])
+    for k in range(n):
+        own = {name: float(of[k]) for name, of in parameters.items()}
+        alone = cathforce.Batch(model, 1, parameters={name: [value] for name, value in own.items()})
+        alone.reset(rows[k : k + 1, 0])
+        if k not in late:
+            alone.step_many(rows[k : k + 1, :1])
+        found = alone.step_many(rows[k : k + 1])
+        assert np.array_equal(found.digest[0], together.digest[k]), k
+        assert np.array_equal(found.tip_m[0], together.tip_m[k], equal_nan=True), k
+        assert alone.step(rows[k : k + 1, -1]).digest[0] == after.digest[k], k
+        assert np.array_equal(alone.shape_m[0], batch.shape_m[k], equal_nan=True), k
+    assert together.refused[5].any() and not np.delete(together.refused, 5, axis=0).any()
+
+
+@pytest.mark.parametrize("solver", [{}, {"solver.solves": 2.0}])
+def test_lanes_in_double_precision_and_with_more_solves_too(solver: dict[str, float]) -> None:
+    n, ticks = 6, 700
+    for dtype in ("float32", "float64"):
+        model = cathforce.Model(BEND, dtype=dtype, settings=solver)
+        rows = paths(n, ticks)
+        together = cathforce.Batch(model, n).step_many(rows)
+        for k in range(n):
+            alone = cathforce.Simulator(model).step_many(rows[k])
+            assert np.array_equal(together.force_on_vessel_n[k], alone.force_on_vessel_n)
+            assert np.array_equal(together.tip_m[k], alone.tip_m, equal_nan=True)
+            assert np.array_equal(together.peak_node[k], alone.peak_node)
 
 
 def test_company_and_parameters_change_no_bit(model: cathforce.Model) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -70,6 +71,32 @@ def test_what_was_computed_is_not_computed_again(tmp_path: Path) -> None:
     found = cathforce.ray.study(fragile, points, folder=answers, progress=lines.append)
     assert found == points and lines[0] == "2 of 3 are there already"
     assert len(list(tmp_path.glob("call-*"))) == 4
+
+
+def test_a_blind_test_is_that_of_one_machine(tmp_path: Path) -> None:
+    from cathforce._command import run
+
+    here, there = tmp_path / "here", tmp_path / "there"
+    make = ["gap", "blind-test", "make", here, "--seed", "7", "--cases", "2", "--bundle", BEND]
+    run(make)
+    run(["gap", "blind-test", "seal", here])
+    shutil.copytree(here, there)
+    cases = sorted(case.name for case in (here / "cases").iterdir())
+    # The first case is answered before, as by a call that was broken off.
+    cathforce.blind_test._run_case(os.fspath(there), cases[0])
+    lines: list[str] = []
+    found = cathforce.ray.run_blind_test(there, progress=lines.append)
+    assert lines[0] == f"1 of {len(cases)} are there already"
+    assert lines[-1].endswith("1 of 1") and sorted(found) == cases
+    alone = cathforce.run_blind_test(here)
+    # Times, and the folder in the command that repeats it.
+    timed = {"cpu_seconds", "seconds", "reproduce"}
+    for case in cases:
+        own, other = ({**of[case].raw} for of in (found, alone))
+        assert {name: own[name] for name in own.keys() - timed} == {name: other[name] for name in other.keys() - timed}
+    assert cathforce.score_blind_test(there)["answers"] == cathforce.score_blind_test(here)["answers"]
+    with pytest.raises(cathforce.UsageError, match="nothing is sealed"):
+        cathforce.ray.run_blind_test(tmp_path)
 
 
 def test_calibrations_are_those_of_one_machine_and_diagnoses_too(rough: Path, tmp_path: Path) -> None:

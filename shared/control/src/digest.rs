@@ -92,9 +92,21 @@ impl Digest {
 
     #[inline(always)]
     pub fn add(&mut self, word: u32) {
-        // Rotation and multiplication by an odd number are one-to-one.
-        self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1);
+        self.0 = mixed(self.0, word);
     }
+
+    /// Goes on from another value.
+    #[cfg_attr(target_os = "none", expect(dead_code, reason = "of catheters abreast"))]
+    pub fn set(&mut self, value: u32) {
+        self.0 = value;
+    }
+}
+
+/// The digest after one more word.
+#[inline(always)]
+pub(crate) fn mixed(digest: u32, word: u32) -> u32 {
+    // Rotation and multiplication by an odd number are one-to-one.
+    (digest.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1)
 }
 
 impl VisitMemory for Digest {

@@ -23,6 +23,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(not(target_os = "none"))]
+extern crate alloc;
+
+#[cfg(not(target_os = "none"))]
+mod abreast;
 mod band;
 mod digest;
 mod faults;
@@ -41,6 +46,8 @@ mod tick;
 
 use cathforce_mechanics as mechanics;
 
+#[cfg(not(target_os = "none"))]
+pub use abreast::{Ticks, kind, step_abreast};
 pub use band::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow, HalfWidths};
 pub use faults::{Fault, Reaction};
 pub use grip::{Grip, HapticSource};

@@ -9,8 +9,8 @@ use crate::{Band, Config, Inputs, Outputs};
 /// State of the tick. It holds no configuration.
 #[derive(Clone, Debug)]
 pub struct State {
-    memory: Memory,
-    mechanics: mechanics::State<f32>,
+    pub(crate) memory: Memory,
+    pub(crate) mechanics: mechanics::State<f32>,
 }
 
 impl Default for State {
@@ -56,9 +56,9 @@ pub fn step(config: &Config<'_>, state: &mut State, inputs: &Inputs) -> Outputs 
 }
 
 /// The model with its configuration, as the tick's estimator.
-struct Tracked<'a, 'l> {
-    config: &'a Config<'l>,
-    mechanics: &'a mut mechanics::State<f32>,
+pub(crate) struct Tracked<'a, 'l> {
+    pub config: &'a Config<'l>,
+    pub mechanics: &'a mut mechanics::State<f32>,
 }
 
 impl Estimator for Tracked<'_, '_> {

@@ -38,6 +38,20 @@ pub(crate) trait Estimator {
     fn rebuild(&mut self);
     /// Numbers from which position and force of every node follow, from the tip on.
     fn nodes(&self) -> impl Iterator<Item = [f32; 6]>;
+    /// All of these numbers are finite.
+    fn nodes_finite(&self) -> bool {
+        // x · 0 is NaN exactly if x is not finite, and the sum keeps NaN.
+        let sum = self.nodes().flatten().fold(0.0, |sum, x| sum + x * 0.0);
+        sum == 0.0
+    }
+}
+
+/// A tick whose forces are not estimated yet.
+pub(crate) struct Begun {
+    before: Mode,
+    ages_ticks: [u8; 2],
+    /// Positions of all drives; `None` if one is not known.
+    drives: Option<mechanics::Drives<f32>>,
 }
 
 /// State of the tick, without the model's.
@@ -185,12 +199,23 @@ impl Memory {
     }
 
     /// Computes one tick.
+    #[inline(always)]
     pub fn tick(
         &mut self,
         settings: &Settings,
         model: &mut impl Estimator,
         inputs: &Inputs,
     ) -> Outputs {
+        let begun = self.begin(settings, model, inputs);
+        let mut outputs = self.complete(settings, model, begun);
+        model.nodes().flatten().for_each(|x| self.digest.add(x.to_bits()));
+        outputs.digest = self.digest.value();
+        outputs
+    }
+
+    /// The stages before the forces are estimated.
+    #[inline(always)]
+    pub fn begin(&mut self, settings: &Settings, model: &impl Estimator, inputs: &Inputs) -> Begun {
         self.tick = self.tick.wrapping_add(1);
         let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());
@@ -217,7 +242,29 @@ impl Memory {
             self.handle_event(event);
         }
 
-        let drives = encoders.positions();
+        Begun { before, ages_ticks: encoders.ages_ticks(), drives: encoders.positions() }
+    }
+
+    /// Positions of the drives that the model is to follow in this tick; `None` in modes without forces.
+    #[cfg_attr(target_os = "none", expect(dead_code, reason = "of catheters abreast"))]
+    pub fn followed(&self, begun: &Begun) -> Option<mechanics::Drives<f32>> {
+        let follows = matches!(
+            self.mode,
+            Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm }
+        );
+        begun.drives.filter(|_| follows)
+    }
+
+    /// The stages from the estimate of the forces on. The digest is still without the nodes.
+    #[inline(always)]
+    pub fn complete(
+        &mut self,
+        settings: &Settings,
+        model: &mut impl Estimator,
+        begun: Begun,
+    ) -> Outputs {
+        let Begun { before, ages_ticks, drives } = begun;
+        let bounds = Bounds::new(settings, model.reach_m());
         let contact = self.estimate(settings, model, drives);
         let band = self.band(model, drives, &contact);
         let applied = self.limit_outputs(settings, &bounds);
@@ -229,7 +276,7 @@ impl Memory {
             self.haptics = Haptics::new();
             model.rebuild();
         }
-        self.report(encoders.ages_ticks(), (contact, band), applied, model)
+        self.report(ages_ticks, (contact, band), applied)
     }
 
     /// Checks the samples of all encoders of this tick.
@@ -330,7 +377,7 @@ impl Memory {
             Mode::Settling => {
                 let settled = model.settle(drives);
                 self.settling_ticks = self.settling_ticks.saturating_add(1);
-                if !nodes_finite(model) {
+                if !model.nodes_finite() {
                     self.handle_event(Event::Fault(Fault::ModelNotFinite));
                 } else if settled {
                     self.handle_event(Event::Settled);
@@ -341,7 +388,7 @@ impl Memory {
             }
             Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm } => {
                 let contact = model.step(drives);
-                if contact.lost || !(outputs_finite(&contact) && nodes_finite(model)) {
+                if contact.lost || !(outputs_finite(&contact) && model.nodes_finite()) {
                     self.handle_event(Event::Fault(Fault::ModelNotFinite));
                     return nothing;
                 }
@@ -430,9 +477,8 @@ impl Memory {
         [encoder_age_ticks, guidewire_age_ticks]: [u8; 2],
         (contact, band): (mechanics::Outputs<f32>, HalfWidths),
         applied: AxisOutputs,
-        model: &impl Estimator,
     ) -> Outputs {
-        let mut outputs = Outputs {
+        let outputs = Outputs {
             mode: self.mode,
             fault: self.mode.fault(),
             limited: applied.limited,
@@ -448,9 +494,13 @@ impl Memory {
         for word in outputs.digest_words() {
             self.digest.add(word);
         }
-        model.nodes().flatten().for_each(|x| self.digest.add(x.to_bits()));
-        outputs.digest = self.digest.value();
         outputs
+    }
+
+    /// Of the outputs so far.
+    #[cfg_attr(target_os = "none", expect(dead_code, reason = "of catheters abreast"))]
+    pub fn digest(&mut self) -> &mut Digest {
+        &mut self.digest
     }
 }
 
@@ -472,12 +522,6 @@ fn outputs_finite(contact: &mechanics::Outputs<f32>) -> bool {
         && contact.guidewire_force_n.is_finite()
         && contact.guidewire_torque_n_m.is_finite()
         && contact.peak_contact_force_n.is_finite()
-}
-
-fn nodes_finite(model: &impl Estimator) -> bool {
-    // x · 0 is NaN exactly if x is not finite, and the sum keeps NaN.
-    let sum = model.nodes().flatten().fold(0.0, |sum, x| sum + x * 0.0);
-    sum == 0.0
 }
 
 impl VisitMemory for Memory {

@@ -5,7 +5,7 @@
 use core::ops::{Mul, Sub};
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use cathforce_scalar::{Number, Pack, Real, Vector3};
+use cathforce_scalar::{Blend, Gather, Number, Pack, Real, Vector3};
 
 /// A compiler barrier on the device: no load moves before it, and stored values are loaded again.
 ///
@@ -32,6 +32,12 @@ impl<T: Real> Matrix3<T> {
 }
 
 impl<T: Number> Matrix3<T> {
+    /// [`Matrix3::zeros`] of any number.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        Self { rows: [Vector3::zeros(); 3] }
+    }
+
     /// u vᵀ
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
@@ -113,6 +119,12 @@ impl<T: Real> Sym3<T> {
 }
 
 impl<T: Number> Sym3<T> {
+    /// [`Sym3::zero`] of any number.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        Self { first: Vector3::zeros(), rest: Vector3::zeros() }
+    }
+
     /// u vᵀ, which must be symmetric.
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
@@ -194,9 +206,9 @@ impl<T: Number> Sym3<T> {
 impl<N: Number> Sym3<N> {
     /// Splits into the matrices of the lanes.
     #[inline(always)]
-    pub fn split<T: Real>(self) -> N::Lanes<Sym3<T>>
+    pub fn split<S: Number>(self) -> N::Lanes<Sym3<S>>
     where
-        N: Pack<T>,
+        N: Pack<S>,
     {
         let (first, rest) = (N::split_vectors(self.first), N::split_vectors(self.rest));
         N::per_lane(|lane| Sym3 { first: first[lane], rest: rest[lane] })
@@ -222,12 +234,14 @@ impl<T: Real> LdltFactor<T> {
         let (o, one) = (T::ZERO, T::ONE);
         Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
     }
+}
 
+impl<T: Number> LdltFactor<T> {
     /// Factors a matrix whose eigenvalues, and therefore pivots, are at least `smallest`. A pivot that
     /// rounding has made smaller is raised to it, so the inverse stays finite and positive.
     #[inline(always)]
     pub fn new(m: &Sym3<T>, smallest: T) -> Self {
-        let invert = |pivot: T| T::one() / pivot.larger(smallest);
+        let invert = |pivot: T| T::lit(1.0) / pivot.larger(smallest);
         let [xx, xy, xz] = m.first.into();
         let [yy, yz, zz] = m.rest.into();
         let x = invert(xx);
@@ -257,6 +271,32 @@ impl<T: Real> LdltFactor<T> {
         let y = y - self.zy * z;
         let x = x - self.yx * y - self.zx * z;
         Vector3::new(x, y, z)
+    }
+}
+
+impl<T: Number> Blend<T> for Matrix3<T> {
+    #[inline(always)]
+    fn blend(mask: T::Mask, yes: Self, no: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (yes.rows, no.rows);
+        let row = |yes, no| Blend::blend(mask, yes, no);
+        Self { rows: [row(a, x), row(b, y), row(c, z)] }
+    }
+}
+
+impl<T: Number> Blend<T> for Sym3<T> {
+    #[inline(always)]
+    fn blend(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            first: Blend::blend(mask, yes.first, no.first),
+            rest: Blend::blend(mask, yes.rest, no.rest),
+        }
+    }
+}
+
+impl<T: Number> Blend<T> for Rotation<T> {
+    #[inline(always)]
+    fn blend(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self { w: T::choose(mask, yes.w, no.w), v: Blend::blend(mask, yes.v, no.v) }
     }
 }
 
@@ -305,18 +345,18 @@ impl<T: Real> Rotation<T> {
 impl<N: Number> Rotation<N> {
     /// Gathers those of several lanes.
     #[inline(always)]
-    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Rotation<T>) -> Self
+    pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a Rotation<S>) -> Self
     where
-        N: Pack<T>,
+        N: Gather<S>,
     {
         Self { w: N::from_lanes(|lane| of(lane).w), v: N::gather_vectors(|lane| of(lane).v) }
     }
 
     /// Splits into the rotations of the lanes.
     #[inline(always)]
-    pub fn split<T: Real>(self) -> N::Lanes<Rotation<T>>
+    pub fn split<S: Number>(self) -> N::Lanes<Rotation<S>>
     where
-        N: Pack<T>,
+        N: Pack<S>,
     {
         let v = N::split_vectors(self.v);
         N::per_lane(|lane| Rotation { w: self.w.lane(lane), v: v[lane] })

@@ -4,6 +4,8 @@
 //! a quarter of a minute. Behind the methods of [`Compiled`] it is compiled once for each number type
 //! and number of links.
 
+#[cfg(not(target_os = "none"))]
+use crate::abreast::{Attendant, advance_abreast};
 use crate::step::{advance, approach_rest};
 use crate::{Drives, Loads, Lumen, Model, Outputs, Real, State};
 
@@ -122,3 +124,48 @@ compile! {
     f32: 512;
     f64: 512;
 }
+
+/// Steps catheters abreast until the attendant has taken out every one of them. Each has the bits that it
+/// has alone.
+///
+/// There must be at most [`side_by_side`](crate::side_by_side) of them, all in one lumen and of kinds that go
+/// together ([`Kind`](crate::Kind)); those beyond that number are left as they are.
+#[cfg(not(target_os = "none"))]
+pub fn step_abreast<T: CompiledAbreast<LINKS>, const LINKS: usize>(
+    models: &[&Model<T, LINKS>],
+    lumen: &Lumen<'_>,
+    states: &mut [&mut State<T, LINKS>],
+    attendant: &mut dyn Attendant<T, LINKS>,
+) {
+    T::step_abreast(models, lumen, states, attendant);
+}
+
+/// A number type whose step of catheters abreast is compiled in this crate.
+#[cfg(not(target_os = "none"))]
+pub trait CompiledAbreast<const LINKS: usize>: Compiled<LINKS> {
+    /// [`step_abreast`]
+    fn step_abreast(
+        models: &[&Model<Self, LINKS>],
+        lumen: &Lumen<'_>,
+        states: &mut [&mut State<Self, LINKS>],
+        attendant: &mut dyn Attendant<Self, LINKS>,
+    );
+}
+
+#[cfg(not(target_os = "none"))]
+macro_rules! compile_abreast {
+    ($($number:ty),+) => { $(
+        impl CompiledAbreast<64> for $number {
+            fn step_abreast(
+                models: &[&Model<Self, 64>],
+                lumen: &Lumen<'_>,
+                states: &mut [&mut State<Self, 64>],
+                attendant: &mut dyn Attendant<Self, 64>,
+            ) {
+                advance_abreast(models, lumen, states, attendant);
+            }
+        }
+    )+ };
+}
+#[cfg(not(target_os = "none"))]
+compile_abreast! { f32, f64 }

@@ -3,7 +3,7 @@
 //!
 //! A sample takes the same operations whether it touches or not; without contact its stiffness is 0.
 
-use cathforce_scalar::{Number, Pack, Vector3};
+use cathforce_scalar::{Catheters, Gather, Number, Pack, Vector3};
 
 use crate::effects::active::Law;
 use crate::overlap::Slide;
@@ -34,9 +34,9 @@ impl<T: Real> ContactState<T> {
 impl<N: Number> ContactState<N> {
     /// Gathers the states of several lanes.
     #[inline(always)]
-    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a ContactState<T>) -> Self
+    pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a ContactState<S>) -> Self
     where
-        N: Pack<T>,
+        N: Gather<S>,
     {
         Self {
             slip: N::gather_vectors(|lane| of(lane).slip),
@@ -97,9 +97,9 @@ pub(crate) struct WallGap<T: Number> {
 impl<N: Number> WallGap<N> {
     /// Gathers those of several lanes.
     #[inline(always)]
-    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Proximity<T>) -> Self
+    pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a Proximity<S>) -> Self
     where
-        N: Pack<T>,
+        N: Gather<S>,
     {
         Self {
             normal: N::gather_vectors(|lane| of(lane).normal),
@@ -134,13 +134,14 @@ pub(crate) struct ContactLaw<T> {
 }
 
 impl<N: Number> ContactLaw<N> {
-    pub fn new<T: Real>(wall: &Wall<T>, scheme: &Scheme<T>, inverse_dt: T) -> Self
+    #[inline(always)]
+    pub fn new<S: Number>(wall: &Wall<S>, scheme: &Scheme<S>, inverse_dt: S) -> Self
     where
-        N: Pack<T>,
+        N: Gather<S>,
     {
         Self {
             onset: N::splat(wall.onset_m),
-            inverse_onset: N::splat(T::one() / wall.onset_m),
+            inverse_onset: N::splat(S::lit(1.0) / wall.onset_m),
             damping: N::splat(wall.damping_s * inverse_dt),
             tangential_ratio: N::splat(wall.tangential_ratio),
             friction: N::splat(scheme.friction),
@@ -153,7 +154,7 @@ impl<N: Number> ContactLaw<N> {
     /// `stiffness`: nominal normal stiffness of the sample \[N/m\], at the tip including the end's;
     /// `arc_m`: tributary length of the sample \[m\].
     #[inline(always)]
-    pub fn linearise<T: Real, L: Law<T>>(
+    pub fn linearise<S: Catheters, L: Law<S>>(
         &self,
         law: &L,
         wall: &WallGap<N>,
@@ -163,7 +164,7 @@ impl<N: Number> ContactLaw<N> {
         memory: &ContactState<N>,
     ) -> LinearContact<N>
     where
-        N: Pack<T>,
+        N: Pack<S>,
     {
         let half = N::lit(0.5);
         let n = &wall.normal;
@@ -220,9 +221,9 @@ impl<N: Number> LinearContact<N> {
 
     /// Splits into the contacts of the lanes.
     #[inline(always)]
-    pub fn split<T: Real>(self) -> N::Lanes<LinearContact<T>>
+    pub fn split<S: Number>(self) -> N::Lanes<LinearContact<S>>
     where
-        N: Pack<T>,
+        N: Pack<S>,
     {
         let slip = N::split_vectors(self.slip);
         N::per_lane(|lane| LinearContact {
@@ -266,9 +267,9 @@ impl<N: Number> LinearContact<N> {
 
     /// Gathers those of several lanes.
     #[inline(always)]
-    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a LinearContact<T>) -> Self
+    pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a LinearContact<S>) -> Self
     where
-        N: Pack<T>,
+        N: Gather<S>,
     {
         Self {
             normal_n: N::from_lanes(|lane| of(lane).normal_n),

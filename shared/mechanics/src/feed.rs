@@ -1,20 +1,14 @@
-//! Feed and rotation at the drives, by which links are added and dropped at the guide; and the
-//! predictor, which moves the state to the initial guess of the next solve.
+//! Feed and rotation at the drives, by which links are added and dropped at the guide.
 
-use cathforce_scalar::{Kernel, Pack, Vector3};
+use cathforce_scalar::Vector3;
 
-use crate::algebra::Rotation;
 use crate::grid::Grid;
-use crate::link_group::LinkGroup;
 use crate::math::{maximum, minimum, sin_cos};
 use crate::overlap::Overlap;
 use crate::proximity::Proximity;
 use crate::segments::AxialPosition;
 use crate::state::{LinkState, SHORTEST_BASE, Span, State};
 use crate::{Drive, Drives, Model, Real};
-
-/// Largest predicted rotation of a link in a step \[rad\]. A link with a larger one is not predicted.
-const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
 /// Arc from the tip of the chain back to the tip of an instrument \[m\].
 /// docs/explanation/model.md (24)
@@ -139,69 +133,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 ..LinkState::new()
             };
             self.count += 1;
-        }
-    }
-
-    /// Predicts rotations by the filtered rates, and positions from the base.
-    /// docs/explanation/model.md (5)
-    ///
-    /// The result is the initial guess of the solve; `dt_s` = 0 predicts no rotation. `ratio`: factor
-    /// on the rates, see [`MotionRatio`](crate::drive_motion::MotionRatio).
-    #[inline(never)]
-    pub(crate) fn predict(&mut self, dt_s: T, ratio: T) {
-        T::run_vectorised(PredictKernel { state: self, dt_s, ratio });
-    }
-}
-
-/// [`State::predict`], with one link in each lane.
-struct PredictKernel<'a, T: Real, const LINKS: usize> {
-    state: &'a mut State<T, LINKS>,
-    dt_s: T,
-    ratio: T,
-}
-
-impl<T: Real, const LINKS: usize> Kernel<T> for PredictKernel<'_, T, LINKS> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<N: Pack<T>>(self) {
-        let Self { state, dt_s, ratio } = self;
-        let dt_s = dt_s * ratio;
-        let half_dt = N::splat(dt_s * T::lit(0.5));
-        let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
-        // A rate that is too large only by the drives' acceleration is kept for later steps.
-        let forgotten = largest * maximum(ratio * ratio, T::one());
-        let mut position = state.effects.mouth;
-        let count = state.count.min(LINKS);
-        let links = &mut state.links[..count];
-        for group in LinkGroup::<N>::all(count).rev() {
-            // Every group is in range. Said this way, the device's code has no panic here (P13).
-            if group.at(0) >= links.len() {
-                continue;
-            }
-            let link = |lane: usize| &links[group.at(lane)];
-            let half = N::gather_vectors(|lane| link(lane).rate) * half_dt;
-            let squared = half.dot(&half);
-            let rotation = Rotation::<N>::gather(|lane| &link(lane).rotation).turned(&half);
-            let tangent = N::split_vectors(rotation.tangent());
-            let rotation = rotation.split::<T>();
-            for lane in group.guide_to_tip() {
-                let link = &mut links[group.at(lane)];
-                if squared.lane(lane) < largest {
-                    link.rotation = rotation[lane];
-                    link.tangent = tangent[lane];
-                    link.turn = link.rate * dt_s;
-                } else {
-                    if squared.lane(lane) >= forgotten {
-                        link.rate = Vector3::zeros();
-                    }
-                    link.turn = Vector3::zeros();
-                }
-                // docs/explanation/model.md (6)
-                position += link.tangent * (link.span.length * (T::one() + link.strain));
-                link.displacement = position - link.position;
-                link.position = position;
-            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The elastic joints between links.
 
-use cathforce_scalar::{Number, Real, Vector3};
+use cathforce_scalar::{Blend, Gather, Number, Real, Vector3};
 
 use crate::algebra::{RelativeRotation, Sym3};
 use crate::tables::Joint;
@@ -17,6 +17,7 @@ pub(crate) struct JointLoad<T: Number> {
 }
 
 /// Cell of a joint at the base link, which is not a full cell.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Cell<T> {
     /// Its arc over that of the full cell \[1\].
     share: T,
@@ -44,6 +45,50 @@ impl<T: Number> Cell<T> {
             twist_factor: T::lit(1.0) + withdrawn * twist,
             viscous: left * bending,
             twist_viscous: left * twist,
+        }
+    }
+}
+
+impl<N: Number> Cell<N> {
+    /// Gathers those of several lanes.
+    #[inline(always)]
+    pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a Cell<S>) -> Self
+    where
+        N: Gather<S>,
+    {
+        Self {
+            share: N::from_lanes(|lane| of(lane).share),
+            inverse_share: N::from_lanes(|lane| of(lane).inverse_share),
+            bend_factor: N::from_lanes(|lane| of(lane).bend_factor),
+            twist_factor: N::from_lanes(|lane| of(lane).twist_factor),
+            viscous: N::from_lanes(|lane| of(lane).viscous),
+            twist_viscous: N::from_lanes(|lane| of(lane).twist_viscous),
+        }
+    }
+}
+
+impl<S: Number> Blend<S> for Cell<S> {
+    #[inline(always)]
+    fn blend(mask: S::Mask, yes: Self, no: Self) -> Self {
+        let of = |yes, no| S::choose(mask, yes, no);
+        Self {
+            share: of(yes.share, no.share),
+            inverse_share: of(yes.inverse_share, no.inverse_share),
+            bend_factor: of(yes.bend_factor, no.bend_factor),
+            twist_factor: of(yes.twist_factor, no.twist_factor),
+            viscous: of(yes.viscous, no.viscous),
+            twist_viscous: of(yes.twist_viscous, no.twist_viscous),
+        }
+    }
+}
+
+impl<S: Number> Blend<S> for JointLoad<S> {
+    #[inline(always)]
+    fn blend(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            moment: Blend::blend(mask, yes.moment, no.moment),
+            stiffness: Blend::blend(mask, yes.stiffness, no.stiffness),
+            smallest_eigenvalue: S::choose(mask, yes.smallest_eigenvalue, no.smallest_eigenvalue),
         }
     }
 }
@@ -79,6 +124,7 @@ impl<T: Number> JointLoad<T> {
     }
 
     /// Moment and stiffness of a joint whose cell is not full.
+    #[cfg_attr(not(target_arch = "arm"), inline(always))]
     pub fn at_base(
         joint: &Joint<T>,
         cell: &Cell<T>,

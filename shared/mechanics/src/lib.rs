@@ -8,7 +8,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(not(target_os = "none"))]
+extern crate alloc;
+
+#[cfg(not(target_os = "none"))]
+mod abreast;
+#[cfg(not(target_os = "none"))]
+mod abreast_chains;
 mod algebra;
+mod chain;
 mod coaxial;
 mod compiled;
 mod contact;
@@ -27,6 +35,7 @@ mod math;
 mod model;
 mod overlap;
 mod parameters;
+mod predict;
 mod proximity;
 mod scheme;
 mod segments;
@@ -38,8 +47,12 @@ mod validation;
 mod wall_sampling;
 mod wrench;
 
+#[cfg(not(target_os = "none"))]
+pub use abreast::{Attendant, Found, Kind, side_by_side};
 pub use cathforce_scalar::{Number, Real};
 pub use compiled::{Compiled, MOST_LINKS, settle, settle_loaded, step, step_loaded};
+#[cfg(not(target_os = "none"))]
+pub use compiled::{CompiledAbreast, step_abreast};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
 pub use io::{Drive, Drives, Loads, Outputs};

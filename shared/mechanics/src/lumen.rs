@@ -18,7 +18,7 @@
 //! * normal: unit gradient of the distance (into the lumen) × 127.
 //! * wall: stiffness scale, `2^((wall − 128)/16)`; 128 is the nominal stiffness.
 
-use cathforce_scalar::{Number, Pack, Real, Vector3};
+use cathforce_scalar::{Number, PlainPack, Real, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Version of the byte layout; others are refused. Version 1 had bricks of one spacing only.
@@ -177,6 +177,11 @@ impl<'a> Lumen<'a> {
         &self.header
     }
 
+    /// Both were made of the same bytes, at the same place in memory.
+    pub fn has_the_bytes_of(&self, other: &Lumen<'_>) -> bool {
+        core::ptr::eq(self.directory, other.directory) && core::ptr::eq(self.bricks, other.bricks)
+    }
+
     /// The wall next to a point of the vessel frame \[m\].     docs/explanation/model.md (9)
     ///
     /// The distance is interpolated to third order. The trilinear interpolant of the stored distances
@@ -194,7 +199,10 @@ impl<'a> Lumen<'a> {
 
     /// [`Lumen::sample`] of one point in each lane.
     #[inline(always)]
-    pub(crate) fn sample_lanes<T: Real, N: Pack<T>>(&self, point: Vector3<N>) -> WallSample<N> {
+    pub(crate) fn sample_lanes<T: Real, N: PlainPack<T>>(
+        &self,
+        point: Vector3<N>,
+    ) -> WallSample<N> {
         let x = self.place::<T, N>(point.x(), 0);
         let y = self.place::<T, N>(point.y(), 1);
         let z = self.place::<T, N>(point.z(), 2);
@@ -263,7 +271,7 @@ impl<'a> Lumen<'a> {
 
     /// Place of a coordinate on the grid.
     #[inline(always)]
-    fn place<T: Real, N: Pack<T>>(&self, coordinate: N, axis: usize) -> Place<N> {
+    fn place<T: Real, N: PlainPack<T>>(&self, coordinate: N, axis: usize) -> Place<N> {
         let from_origin = coordinate - N::lit(f64::from(self.header.origin_m[axis]));
         let exact = from_origin * N::lit(f64::from(self.places_per_m));
         let whole = exact.to_clamped_ints(self.last_place[axis]);
@@ -344,7 +352,7 @@ fn across<N: Number>(found: &N::Lanes<Found<'_>>, p: usize, q: usize) -> N::Lane
 
 /// Position within the cell along an axis, 0 to 1.
 #[inline(always)]
-fn share<T: Real, N: Pack<T>>(found: &N::Lanes<Found<'_>>, axis: usize) -> N {
+fn share<T: Real, N: PlainPack<T>>(found: &N::Lanes<Found<'_>>, axis: usize) -> N {
     N::from_ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT)
 }
 
@@ -373,7 +381,7 @@ impl<N: Number> Blend<N> {
         value: impl Fn(&Node) -> i32,
     ) -> Self
     where
-        N: Pack<T>,
+        N: PlainPack<T>,
     {
         let sum = |lane: usize, face| across[lane].sum(face, |node| value(&found[lane].cell[node]));
         let low = N::from_ints(|lane| sum(lane, low));
@@ -390,7 +398,7 @@ impl<T: Number> Blend<T> {
 
 /// Stiffness scale of a wall code \[2⁻¹⁵\]: 16 codes double it; linear in between.
 #[inline(always)]
-fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
+fn stiffness<T: Real, N: PlainPack<T>>(code: impl Fn(usize) -> i32) -> N {
     let step = |lane| (code(lane) >> PLACE_BITS) as usize & 0xFF;
     let share = N::from_ints(|lane| within(code(lane))) * N::lit(PLACE_UNIT);
     let scale = N::from_lanes(|lane| T::lit(f64::from(STIFFNESS[step(lane)])));

@@ -1,12 +1,12 @@
 //! The wall that a sample point of the instrument sees.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Number, Vector3};
 
 use crate::Real;
 
 /// One sample point, and the wall next to it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Proximity<T: Real> {
+pub(crate) struct Proximity<T: Number> {
     /// From the link's distal node to the point of the surface next to the wall \[m\].
     pub arm: Vector3<T>,
     /// Unit normal into the lumen.

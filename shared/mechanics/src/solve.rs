@@ -1,20 +1,20 @@
 //! One linearised solve by the articulated-body recursion: forward elimination from the tip to the
 //! guide, then back substitution from the guide to the tip.
 
-use cathforce_scalar::{Pack, Vector3};
+use cathforce_scalar::{Blend, Catheters, Number, Pack, Vector3};
 
 use crate::algebra::{RelativeRotation, Rotation, reload_barrier};
+use crate::chain::{Body, Chain};
 use crate::contact::{ContactLaw, ContactState, LinearContact, Motion, WallGap};
 use crate::effects::active::Law;
-use crate::joint::{Cell, JointLoad};
+use crate::joint::JointLoad;
 use crate::link_group::LinkGroup;
-use crate::math::maximum;
 use crate::overlap::Slide;
 use crate::scheme::Scheme;
-use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
+use crate::state::{Elimination, LinkLoads, LinkState, Span};
 use crate::tables::Joint;
 use crate::wrench::Wrench;
-use crate::{Drag, Loads, Model, Real};
+use crate::{Drag, Loads};
 
 /// Axial strains that a link can have, from half to twice its length. Without this limit, a drive that
 /// pulls at an instrument stuck by friction would stretch it without bound.
@@ -25,7 +25,7 @@ pub(crate) const STRAINS: core::ops::Range<f64> = -0.5..1.0;
 const ROUNDING: f64 = 1e-6;
 
 /// Totals of one solve. Only the last solve of a step computes those on the instrument.
-pub(crate) struct Totals<T: Real> {
+pub(crate) struct Totals<T: Number> {
     pub force_on_instrument: Vector3<T>,
     /// About the mouth of the guide \[N·m\].
     pub moment_on_instrument: Vector3<T>,
@@ -39,55 +39,23 @@ pub(crate) struct Totals<T: Real> {
 /// One solve, in place: updates rotations, positions, rates and contact states. The totals are those
 /// of the linear model, whose forces balance to the last digit.
 #[inline(always)]
-pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    state: &mut State<T, LINKS>,
-    loads: &Loads<T>,
-    scheme: &Scheme<T>,
+pub(crate) fn solve<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
+    body: &Body<'_, S, LINKS>,
+    chain: &mut Chain<'_, S, LINKS>,
+    loads: &Loads<S>,
+    scheme: &Scheme<S>,
     law: &mut L,
-) -> Totals<T> {
-    let chain = Chain::new(model, state, scheme);
-    assemble_loads::<T, N, L, LINKS>(model, state, scheme, &chain, law);
-    joint_moments::<T, N, L, LINKS>(model, state, &chain, law);
-    let wrench =
-        forward_elimination::<T, L, LINKS>(model, state, &chain, Wrench::beyond_tip(loads));
+) -> Totals<S> {
+    // The number of links is an argument: of one that is read from memory the compiler does not know the
+    // largest value, and the device's code would have panics (P13).
+    let count = chain.longest.min(LINKS);
+    assemble_loads::<S, N, L, LINKS>(body, chain, count, scheme, law);
+    joint_moments::<S, N, L, LINKS>(body, chain, law);
+    let wrench = forward_elimination::<S, LINKS>(body, chain, Wrench::beyond_tip(loads));
     if scheme.last {
-        back_substitution::<T, N, L, LINKS, true>(state, scheme, &chain, &wrench)
+        back_substitution::<S, N, L, LINKS, true>(chain, scheme, &wrench)
     } else {
-        back_substitution::<T, N, L, LINKS, false>(state, scheme, &chain, &wrench)
-    }
-}
-
-/// The links inside the vessel, and the cells of their joints.
-struct Chain<T> {
-    count: usize,
-    /// τ/dt: viscous time of bending over the time step.
-    damping: T,
-    /// Cells of the two joints at the base link, the guide's first. All other cells are full.
-    at_base: [Cell<T>; 2],
-}
-
-impl<T: Real> Chain<T> {
-    fn new<const LINKS: usize>(
-        model: &Model<T, LINKS>,
-        state: &State<T, LINKS>,
-        scheme: &Scheme<T>,
-    ) -> Self {
-        let grid = &model.grid;
-        let half = T::lit(0.5);
-        let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
-        let count = state.count.min(LINKS);
-        let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
-        let guide_cell_m = state.guide_cell_m(model);
-        let base_cell_m = (grid.link_m(before) + state.base_length_m) * half;
-        // Half of the withdrawn arc leaves each of the two cells, and is as bent as the cell.
-        let withdrawn_m = maximum(-state.fed_m, T::zero()) * half;
-        // The guide's cell can be very short and its shaft winds up. Viscous twist keeps its torsional
-        // stiffness within what single precision resolves beside the bending stiffness.
-        let at_guide = Cell::new(guide_cell_m, grid.cell_m(base), withdrawn_m, [damping; 2]);
-        let of_bending = [damping, T::zero()];
-        let at_base = Cell::new(base_cell_m, grid.cell_m(before), withdrawn_m, of_bending);
-        Self { count, damping, at_base: [at_guide, at_base] }
+        back_substitution::<S, N, L, LINKS, false>(chain, scheme, &wrench)
     }
 }
 
@@ -105,9 +73,9 @@ struct LumpedProperties<T> {
 
 /// The wall at the nodes (`which` = 0) or the middles (1) of links.
 #[inline(always)]
-fn wall_gap<T: Real, N: Pack<T>>(
+fn wall_gap<S: Catheters, N: Pack<S>>(
     group: &LinkGroup<N>,
-    eliminations: &[Elimination<T>],
+    eliminations: &[Elimination<S>],
     which: usize,
 ) -> WallGap<N> {
     WallGap::gather(|lane| &eliminations[group.at(lane)].proximity[which])
@@ -115,9 +83,9 @@ fn wall_gap<T: Real, N: Pack<T>>(
 
 /// Contact states at the nodes or the middles of links.
 #[inline(always)]
-fn contact_states<T: Real, N: Pack<T>>(
+fn contact_states<S: Catheters, N: Pack<S>>(
     group: &LinkGroup<N>,
-    links: &[LinkState<T>],
+    links: &[LinkState<S>],
     which: usize,
 ) -> ContactState<N> {
     ContactState::gather(|lane| &links[group.at(lane)].memory[which])
@@ -125,7 +93,7 @@ fn contact_states<T: Real, N: Pack<T>>(
 
 /// Motion of the surface against the chain at the nodes or the middles of links.
 #[inline(always)]
-fn surface_slide<T: Real, N: Pack<T>, L: Law<T>>(
+fn surface_slide<S: Catheters, N: Pack<S>, L: Law<S>>(
     group: &LinkGroup<N>,
     law: &L,
     which: usize,
@@ -144,20 +112,19 @@ fn surface_slide<T: Real, N: Pack<T>, L: Law<T>>(
 /// for the reason given at [`forward_elimination`].
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
-fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    state: &mut State<T, LINKS>,
-    scheme: &Scheme<T>,
-    chain: &Chain<T>,
+fn assemble_loads<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
+    body: &Body<'_, S, LINKS>,
+    chain: &mut Chain<'_, S, LINKS>,
+    count: usize,
+    scheme: &Scheme<S>,
     law: &mut L,
 ) {
-    let State { links, eliminations, guide, fed_m, momentum_share, coaxial_tables, .. } = state;
-    let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
-    let count = chain.count;
+    let Chain { links, eliminations, guide, fed_m, momentum_share, .. } = chain;
+    let Body { tables, wall, .. } = *body;
     let (links, eliminations) = (&links[..count], &mut eliminations[..count]);
-    let wall = &model.wall;
-    let half = T::lit(0.5);
-    let inverse_dt = T::one() / scheme.dt_s;
+    let masses = &tables.links[..count];
+    let half = S::lit(0.5);
+    let inverse_dt = S::lit(1.0) / scheme.dt_s;
     let inertia_per_mass = N::splat(scheme.inertia * inverse_dt * inverse_dt);
     let carried_dt_s = N::splat(scheme.dt_s * *momentum_share);
     let Drag { at_rest_n_s_per_m2, swift_n_s_per_m2, swift_m_per_s } = scheme.drag;
@@ -166,7 +133,7 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let drag_per_square = N::splat(drag_rise / (swift_m_per_s * swift_m_per_s));
     let drag_rise = N::splat(drag_rise);
     let feed_m_per_s = N::splat(*fed_m * inverse_dt);
-    let radius = model.description().instrument.outer_radius_m;
+    let radius = body.radius_m;
     let contact = ContactLaw::<N>::new(wall, scheme, inverse_dt);
     // A moving vessel is an accelerated frame; inertia and drag refer to the rig's frame.
     // docs/explanation/model.md (16)
@@ -178,25 +145,25 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let line = wall.line_stiffness_n_per_m2;
 
     // The tip has no distal neighbour, but its contact has the end's stiffness.
-    let mut distal_arc = T::zero();
-    let mut distal_mass = T::zero();
+    let mut distal_arc = S::lit(0.0);
+    let mut distal_mass = S::lit(0.0);
     let mut end_stiffness = wall.end_stiffness_n_per_m;
 
     for group in LinkGroup::<N>::all(count) {
         let at = |lane: usize| group.at(lane);
         let link = |lane: usize| &links[at(lane)];
-        let proximal = |lane: usize| links.get(at(lane) + 1).unwrap_or(guide);
+        let proximal = |lane: usize| links.get(at(lane) + 1).unwrap_or(*guide);
 
         let lumped = group.map_in_order(|j, _| {
             let Span { length, share, .. } = links[j].span;
-            let (arc, mass) = (length * half, tables.links[j].mass * share * half);
+            let (arc, mass) = (length * half, masses[j].mass * share * half);
             let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
             (distal_arc, distal_mass) = (arc, mass);
             let node_stiffness = line * node_arc * half + end_stiffness;
-            end_stiffness = T::zero();
+            end_stiffness = S::lit(0.0);
             LumpedProperties { arc, node_arc, node_mass, node_stiffness }
         });
-        let each = |of: fn(&LumpedProperties<T>) -> T| N::from_lanes(|lane| of(&lumped[lane]));
+        let each = |of: fn(&LumpedProperties<S>) -> S| N::from_lanes(|lane| of(&lumped[lane]));
 
         let tangent = || N::gather_vectors(|lane| link(lane).tangent);
         let turn = N::gather_vectors(|lane| link(lane).turn);
@@ -250,7 +217,7 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         }
         let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
-        let mut force = N::gather_vectors(|_| model.gravity) * node_mass
+        let mut force = N::gather_vectors(|_| *body.gravity) * node_mass
             - node_displacement() * (inertia + damping)
             + velocity() * (inertia * carried_dt_s)
             + tangent() * (damping * N::splat(*fed_m));
@@ -292,19 +259,20 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
 /// whose cells are not full, follow one by one.
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
-fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    state: &mut State<T, LINKS>,
-    chain: &Chain<T>,
+fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize>(
+    body: &Body<'_, S, LINKS>,
+    chain: &mut Chain<'_, S, LINKS>,
     law: &mut L,
 ) {
-    let State { links, eliminations, guide, coaxial_tables, tendons, .. } = state;
-    let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
-    let count = chain.count.min(LINKS);
+    let Chain { links, eliminations, guide, tendon_cells, at_base, .. } = chain;
+    let tables = body.tables;
+    let count = chain.longest.min(LINKS);
     let inside = &links[..count];
     let [up, side] = [[1.0, 0.0], [0.0, 1.0]];
-    let is_viscous = model.bending_damping_s > T::zero();
-    let full = count.saturating_sub(chain.at_base.len());
+    let is_viscous = body.is_viscous;
+    // Of catheters abreast, one's base link may be beside another's full ones.
+    let base = chain.shortest.min(count).saturating_sub(at_base.len());
+    let full = if S::ABREAST { count } else { base };
     for group in LinkGroup::<N>::all(full) {
         let distal = |lane: usize| &links[group.at(lane)];
         // Every full joint has a link behind it, so the remainder changes nothing. With it the device's code
@@ -323,7 +291,7 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         });
         let viscous = turned.as_ref().map(|turned| (N::splat(chain.damping), turned));
         let joint = JointLoad::<N>::new(&joint, &bend, viscous);
-        let (moment, stiffness) = (N::split_vectors(joint.moment), joint.stiffness.split::<T>());
+        let (moment, stiffness) = (N::split_vectors(joint.moment), joint.stiffness.split::<S>());
         for lane in 0..N::LANES {
             eliminations[group.at(lane)].joint = JointLoad {
                 moment: moment[lane],
@@ -340,31 +308,35 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             for lane in (0..N::LANES).filter(|&lane| group.has(lane)) {
                 let (j, axes) = (group.at(lane), [up[lane], side[lane]]);
                 let load = &mut eliminations[j].joint;
-                law.load_joint(j, &joints[lane], &angles[lane], &axes, &tendons.cells, load);
+                law.load_joint(j, &joints[lane], &angles[lane], &axes, tendon_cells, load);
             }
         }
     }
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "of `j` below `count` it is known that no index panics"
-    )]
-    for j in full..count {
-        let (Some(cell), Some(distal)) = (chain.at_base.get(count - 1 - j), inside.get(j)) else {
+    // Said this way, the device's code has no panic here (P13).
+    for j in base..count {
+        let Some(distal) = inside.get(j) else {
             continue;
         };
-        let proximal = inside.get(j + 1).unwrap_or(guide);
+        let proximal = inside.get(j + 1).unwrap_or(*guide);
+        let [at_guide, next] = at_base;
+        let cell = S::either(S::has(chain.count, j + 1), || *next, || *at_guide);
         let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation);
         let joint = law.joint(j, &tables.joints[j], &bend.angle);
         let turned = distal.turn - proximal.turn;
-        let mut load = JointLoad::at_base(&joint, cell, &bend, &turned);
+        let mut load = JointLoad::at_base(&joint, &cell, &bend, &turned);
         if law.has_tendons() {
             let midway = |[x, y]: [f64; 2]| {
-                bend.rotate_midway(&Vector3::new(T::lit(x), T::lit(y), T::zero()))
+                bend.rotate_midway(&Vector3::new(S::lit(x), S::lit(y), S::lit(0.0)))
             };
             let axes = [midway(up), midway(side)];
-            law.load_joint(j, &joint, &bend.angle, &axes, &tendons.cells, &mut load);
+            law.load_joint(j, &joint, &bend.angle, &axes, tendon_cells, &mut load);
         }
-        eliminations[j].joint = load;
+        let place = &mut eliminations[j].joint;
+        *place = if S::ABREAST {
+            Blend::blend(S::has(chain.count, j + at_base.len()), *place, load)
+        } else {
+            load
+        };
     }
 }
 
@@ -374,16 +346,17 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
 /// inlined, so that it is compiled for the same instruction set as the rest of the solve.
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
-fn forward_elimination<T: Real, L: Law<T>, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    state: &mut State<T, LINKS>,
-    chain: &Chain<T>,
-    beyond_tip: Wrench<T>,
-) -> Wrench<T> {
-    let State { links, eliminations, coaxial_tables, .. } = state;
-    let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
+fn forward_elimination<S: Catheters, const LINKS: usize>(
+    body: &Body<'_, S, LINKS>,
+    chain: &mut Chain<'_, S, LINKS>,
+    beyond_tip: Wrench<S>,
+) -> Wrench<S> {
+    let Chain { links, eliminations, .. } = chain;
+    let (tables, count) = (body.tables, chain.longest.min(LINKS));
     let mut wrench = beyond_tip;
-    for (j, (link, elimination)) in links[..chain.count].iter().zip(eliminations).enumerate() {
+    for (j, (link, elimination)) in links[..count].iter().zip(&mut **eliminations).enumerate() {
+        // The wrench of a shorter chain stays that at its guide.
+        let at_guide = (S::ABREAST && j >= chain.shortest).then(|| wrench.clone());
         let Span { length, inverse_length, .. } = link.span;
         wrench.add_loads(&elimination.loads, &elimination.proximity, &elimination.contacts);
         let stiffness = tables.links[j].axial * inverse_length;
@@ -393,15 +366,18 @@ fn forward_elimination<T: Real, L: Law<T>, const LINKS: usize>(
             stiffness * length * link.strain,
             elimination,
         );
-        wrench.shift(&link.tangent, length * (T::one() + link.strain));
+        wrench.shift(&link.tangent, length * (S::lit(1.0) + link.strain));
         wrench.eliminate_joint(elimination);
+        if let Some(at_guide) = at_guide {
+            wrench = Blend::blend(S::present(chain.count, j), wrench, at_guide);
+        }
     }
     wrench
 }
 
 /// Correction of a link's motion by one solve.
 #[derive(Clone, Copy)]
-struct LinkMotion<T: Real> {
+struct LinkMotion<T: Number> {
     /// Displacement of its node \[m\].
     dx: Vector3<T>,
     /// Rotation \[rad\].
@@ -410,17 +386,28 @@ struct LinkMotion<T: Real> {
     stretch: T,
 }
 
+impl<S: Number> Blend<S> for LinkMotion<S> {
+    #[inline(always)]
+    fn blend(mask: S::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            dx: Blend::blend(mask, yes.dx, no.dx),
+            turn: Blend::blend(mask, yes.turn, no.turn),
+            stretch: S::choose(mask, yes.stretch, no.stretch),
+        }
+    }
+}
+
 /// Updates the contact states at the nodes or the middles of links; returns the forces on the
 /// instrument \[N\].
 #[inline(always)]
-fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
+fn update_contacts<S: Catheters, N: Pack<S>, L: Law<S>, const LAST: bool>(
     group: &LinkGroup<N>,
-    links: &mut [LinkState<T>],
-    eliminations: &mut [Elimination<T>],
+    links: &mut [LinkState<S>],
+    eliminations: &mut [Elimination<S>],
     which: usize,
     dx: &Vector3<N>,
     turn: &Vector3<N>,
-) -> N::Lanes<Vector3<T>> {
+) -> N::Lanes<Vector3<S>> {
     let elimination = |lane: usize| &eliminations[group.at(lane)];
     let contact = LinearContact::<N>::gather(|lane| &elimination(lane).contacts[which]);
     let normal = N::gather_vectors(|lane| elimination(lane).proximity[which].normal);
@@ -438,7 +425,8 @@ fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
                 memory.relaxed = elimination.contacts[which].relaxed;
             }
         } else {
-            elimination.proximity[which].gap += update.along.lane(lane);
+            let gap = &mut elimination.proximity[which].gap;
+            *gap = *gap + update.along.lane(lane);
         }
     }
     N::split_vectors(update.force)
@@ -451,31 +439,30 @@ fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
 /// separate function for the reason given at [`forward_elimination`].
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
-fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const LAST: bool>(
-    state: &mut State<T, LINKS>,
-    scheme: &Scheme<T>,
-    chain: &Chain<T>,
-    at_guide: &Wrench<T>,
-) -> Totals<T> {
-    let State { links, eliminations, effects, .. } = state;
-    let (links, eliminations) = (&mut links[..chain.count], &mut eliminations[..chain.count]);
-    let mouth = &effects.mouth;
-    let half = T::lit(0.5);
-    let inverse_dt = T::one() / scheme.dt_s;
+fn back_substitution<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: usize, const LAST: bool>(
+    chain: &mut Chain<'_, S, LINKS>,
+    scheme: &Scheme<S>,
+    at_guide: &Wrench<S>,
+) -> Totals<S> {
+    let Chain { links, eliminations, mouth, count: counts, longest, .. } = chain;
+    let (count, counts) = ((*longest).min(LINKS), *counts);
+    let (links, eliminations) = (&mut links[..count], &mut eliminations[..count]);
+    let half = S::lit(0.5);
+    let inverse_dt = S::lit(1.0) / scheme.dt_s;
     let v = Vector3::zeros();
     let mut totals = Totals {
         force_on_instrument: v,
         moment_on_instrument: v,
         force_on_guide: at_guide.force,
         moment_on_guide: at_guide.moment,
-        largest_turn_squared: T::zero(),
+        largest_turn_squared: S::lit(0.0),
     };
     let mut largest_turn_squared = N::lit(0.0);
-    let kept_rate = T::one() - scheme.predictor_gain;
+    let kept_rate = S::lit(1.0) - scheme.predictor_gain;
     let new_rate = scheme.predictor_gain * inverse_dt;
-    let mut before = LinkMotion { dx: v, turn: v, stretch: T::zero() };
-    let mut position = *mouth;
-    'groups: for group in LinkGroup::<N>::all(chain.count).rev() {
+    let mut before = LinkMotion { dx: v, turn: v, stretch: S::lit(0.0) };
+    let mut position = **mouth;
+    'groups: for group in LinkGroup::<N>::all(count).rev() {
         // The recursion itself is sequential: each link needs its proximal neighbour's motion.
         let mut motions = N::per_lane(|_| before);
         for lane in group.guide_to_tip() {
@@ -489,10 +476,12 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
                 - elimination.by_displacement.mul_transposed(&before.dx)
                 + elimination.by_rotation.mul_transposed(&before.turn);
             let turn = elimination.factor.backward(&in_factor);
-            let lever = link.tangent * (link.span.length * (T::one() + link.strain));
+            let lever = link.tangent * (link.span.length * (S::lit(1.0) + link.strain));
             let swung = before.dx.plus_cross(&turn, &lever);
             let stretch = elimination.stretch.back_substitute(&swung, &turn);
-            before = LinkMotion { dx: swung + link.tangent * stretch, turn, stretch };
+            let moved = LinkMotion { dx: swung + link.tangent * stretch, turn, stretch };
+            // A chain that is not as long has not begun here.
+            before = S::either(S::present(counts, group.at(lane)), || moved, || before);
             motions[lane] = before;
         }
 
@@ -500,9 +489,9 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
         let dx = N::gather_vectors(|lane| motions[lane].dx);
         let turn = N::gather_vectors(|lane| motions[lane].turn);
         largest_turn_squared = turn.dot(&turn).larger(largest_turn_squared);
-        let at_node = update_contacts::<T, N, L, LAST>(&group, links, eliminations, 0, &dx, &turn);
+        let at_node = update_contacts::<S, N, L, LAST>(&group, links, eliminations, 0, &dx, &turn);
         let at_middle =
-            update_contacts::<T, N, L, LAST>(&group, links, eliminations, 1, &dx, &turn);
+            update_contacts::<S, N, L, LAST>(&group, links, eliminations, 1, &dx, &turn);
         let link = |lane: usize| &links[group.at(lane)];
         let rotation =
             Rotation::<N>::gather(|lane| &link(lane).rotation).turned(&(turn * N::lit(0.5)));
@@ -513,7 +502,7 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
         let strain = strain.larger(N::lit(STRAINS.start)).smaller(N::lit(STRAINS.end));
         let length = N::from_lanes(|lane| link(lane).span.length) * (N::lit(1.0) + strain);
         let (lever, tangent) = (N::split_vectors(tangent * length), N::split_vectors(tangent));
-        let rotation = rotation.split::<T>();
+        let rotation = rotation.split::<S>();
         for lane in group.guide_to_tip() {
             let j = group.at(lane);
             let (link, elimination) = (&mut links[j], &eliminations[j]);
@@ -521,7 +510,8 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
             link.rotation = rotation[lane];
             link.tangent = tangent[lane];
             link.strain = strain.lane(lane);
-            position += lever[lane];
+            let present = S::present(counts, j);
+            position = S::either(present, || position + lever[lane], || position);
             link.displacement += position - predicted;
             link.position = position;
             link.turn += motions[lane].turn;
@@ -534,13 +524,17 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
             let (at_node, at_middle) = (at_node[lane], at_middle[lane]);
             let [node_seen, middle_seen] = &elimination.proximity;
             let force = at_node + at_middle;
-            totals.force_on_instrument += force;
-            let moment = &mut totals.moment_on_instrument;
-            *moment = moment.plus_cross(&(predicted - *mouth), &force);
-            *moment = moment.plus_cross(&node_seen.arm, &at_node);
-            *moment = moment.plus_cross(&middle_seen.arm, &at_middle);
+            let moment = totals.moment_on_instrument;
+            let moment = moment.plus_cross(&(predicted - **mouth), &force);
+            let moment = moment.plus_cross(&node_seen.arm, &at_node);
+            let moment = moment.plus_cross(&middle_seen.arm, &at_middle);
+            (totals.force_on_instrument, totals.moment_on_instrument) = S::either(
+                present,
+                || (totals.force_on_instrument + force, moment),
+                || (totals.force_on_instrument, totals.moment_on_instrument),
+            );
             // The two nodes of a link share the force at its middle; the base link has only one.
-            let shared = if j + 1 == chain.count { v } else { at_middle * half };
+            let shared = S::either(S::has(counts, j + 1), || at_middle * half, || v);
             link.force = force - shared;
             if let Some(proximal) = links.get_mut(j + 1) {
                 proximal.force += shared;
@@ -548,6 +542,6 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
         }
     }
     totals.largest_turn_squared = (0..N::LANES)
-        .fold(T::zero(), |largest, lane| largest_turn_squared.lane(lane).larger(largest));
+        .fold(S::lit(0.0), |largest, lane| largest_turn_squared.lane(lane).larger(largest));
     totals
 }

@@ -1,6 +1,6 @@
 //! State of the model between steps.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Number, Vector3};
 
 use crate::algebra::{LdltFactor, Matrix3, Rotation};
 use crate::contact::{ContactState, LinearContact};
@@ -41,7 +41,7 @@ impl<T: Real> Span<T> {
 
 /// One link, from node j + 1 on the guide's side to node j, whose motion it holds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LinkState<T: Real> {
+pub(crate) struct LinkState<T: Number> {
     pub rotation: Rotation<T>,
     pub tangent: Vector3<T>,
     /// Filtered angular rate of the predictor \[rad/s\].
@@ -84,7 +84,7 @@ impl<T: Real> LinkState<T> {
 
 /// Force on a link at the predicted state, and moment about its node.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LinkLoads<T: Real> {
+pub(crate) struct LinkLoads<T: Number> {
     pub force: Vector3<T>,
     pub moment: Vector3<T>,
     /// Isotropic stiffness against displacements of the node, without the contacts' normal stiffness
@@ -94,13 +94,13 @@ pub(crate) struct LinkLoads<T: Real> {
 
 /// Elongation of a link after elimination: δe = free − a·y − b·δφ.     docs/explanation/model.md (17)
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretch<T: Real> {
+pub(crate) struct Stretch<T: Number> {
     pub free: T,
     pub by_displacement: Vector3<T>,
     pub by_rotation: Vector3<T>,
 }
 
-impl<T: Real> Stretch<T> {
+impl<T: Number> Stretch<T> {
     /// Elongation \[m\] of a link whose node was moved by `y` \[m\] and that was turned by `turn`
     /// \[rad\].
     #[inline(always)]
@@ -111,7 +111,7 @@ impl<T: Real> Stretch<T> {
 
 /// What forward elimination keeps of one link for back substitution.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Elimination<T: Real> {
+pub(crate) struct Elimination<T: Number> {
     /// Loads on the link, and the joint at its proximal end.
     pub loads: LinkLoads<T>,
     pub joint: JointLoad<T>,
@@ -288,20 +288,27 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// For callers that read all of them in every tick, because conversion to the rig's frame would
     /// cost a tenth of a tick.
     pub fn node_results(&self) -> impl Iterator<Item = [T; 6]> {
-        let join = |a: Vector3<T>, b: Vector3<T>| {
-            let ([x, y, z], [fx, fy, fz]) = (a.into(), b.into());
-            [x, y, z, fx, fy, fz]
-        };
         let links = self.links.get(..self.count).unwrap_or_default();
+        let nodes = links.iter().map(move |link| row(link.position, -link.force));
+        nodes.chain(self.placement_row())
+    }
+
+    /// The last row of [`State::node_results`], where the vessel is placed.
+    pub(crate) fn placement_row(&self) -> Option<[T; 6]> {
         let placement = self.effects.placement.as_ref();
-        let nodes = links.iter().map(move |link| join(link.position, -link.force));
-        nodes.chain(placement.map(|placement| join(placement.offset, placement.turned.v)))
+        placement.map(|placement| row(placement.offset, placement.turned.v))
     }
 
     #[inline(always)]
     fn position_m(&self, link: &LinkState<T>) -> [T; 3] {
+        self.in_rig_m(link.position)
+    }
+
+    /// A point of the vessel's frame in the rig's \[m\].
+    #[inline(always)]
+    pub(crate) fn in_rig_m(&self, point: Vector3<T>) -> [T; 3] {
         let placement = self.effects.placement.as_ref();
-        placement.map_or(link.position, |placement| placement.to_rig(&link.position)).into()
+        placement.map_or(point, |placement| placement.to_rig(&point)).into()
     }
 
     #[inline(always)]
@@ -321,4 +328,10 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub fn insertion_m(&self) -> T {
         self.insertion_m
     }
+}
+
+#[inline(always)]
+fn row<T: Real>(a: Vector3<T>, b: Vector3<T>) -> [T; 6] {
+    let ([x, y, z], [fx, fy, fz]) = (a.into(), b.into());
+    [x, y, z, fx, fy, fz]
 }

@@ -1,7 +1,8 @@
 //! One step of the model: feed, predict, solve, collect the outputs.
 
-use cathforce_scalar::{Kernel, Pack, Vector3};
+use cathforce_scalar::{Catheters, Kernel, Number, PlainPack, Vector3};
 
+use crate::chain::{Body, Chain, base_cells};
 use crate::coaxial::Coaxial;
 use crate::drive_motion::{DriveHistory, MotionRatio};
 use crate::effects::active::{Law, Nominal};
@@ -11,6 +12,8 @@ use crate::load_sharing::DriveLoad;
 use crate::math::maximum;
 use crate::scheme::Scheme;
 use crate::solve::{STRAINS, Totals, solve};
+use crate::state::LinkState;
+use crate::wall_sampling::{OUTSIDE_M, Stored, sample_wall};
 use crate::{Drag, Drive, Drives, Loads, Lumen, MAX_TENDONS, Model, Outputs, Real, State};
 
 /// A step whose last solve turned a link by more than this is flagged as unresolved \[rad\].
@@ -51,38 +54,81 @@ pub(crate) fn advance<T: Real, const LINKS: usize>(
         state.lost = !approach_rest(model, lumen, state, drives, loads);
         return Outputs { links, ..lost_outputs() };
     }
-    let description = model.description();
-    let solver = &description.solver;
-    let parts = T::int(i32::from(solver.substeps.max(1)));
-    let mut scheme = Scheme {
-        dt_s: solver.tick_s / parts,
-        inertia: T::one(),
-        friction: model.wall.friction_coefficient,
-        sliding: MotionRatio::STEADY.sliding,
-        drag: solver.drag,
-        predictor_gain: solver.predictor_gain,
-        first: true,
-        last: true,
-    };
-    let start = state.drives;
-    let asked = Drives {
-        catheter: state.effects.follow(model, drives.catheter),
-        guidewire: past_mouth(model, drives.guidewire),
-        tendons_m: drives.tendons_m,
-    };
-    let drives = Drives {
-        catheter: model.within_reach(asked.catheter),
-        guidewire: model.within_reach(asked.guidewire),
-        tendons_m: asked.tendons_m,
-    };
-    if state.count == 0 {
-        // The links whose rates follow from the drives' motion are gone.
-        state.drive_history = DriveHistory::none();
-    }
-    let mut ratio = state.drive_history.observe(model, &state.drives, &drives);
+    let substeps = model.description().solver.substeps.max(1);
+    let mut tick = Tick::begin(model, state, drives);
     let mut outputs = Outputs::default();
-    for part in 1..=solver.substeps.max(1) {
-        let share = T::int(i32::from(part)) / parts;
+    for part in 1..=substeps {
+        tick.feed(model, state, part);
+        state.predict(tick.scheme.dt_s * state.momentum_share, tick.ratio.link_rates);
+        let totals = solve_substep(model, lumen, state, loads, &mut tick.scheme);
+        if part >= substeps {
+            let peaks = Peaks::of(&state.links[..state.count.min(LINKS)], state.count);
+            outputs = collect_outputs(model, state, &totals, &peaks);
+        }
+    }
+    tick.finish(model, state, outputs)
+}
+
+/// A tick under way.
+pub(crate) struct Tick<T: Real> {
+    pub scheme: Scheme<T>,
+    pub ratio: MotionRatio<T>,
+    /// Where the drives were.
+    start: Drives<T>,
+    /// Where they are, before and after they were clamped to the reach of the links.
+    asked: Drives<T>,
+    drives: Drives<T>,
+}
+
+impl<T: Real> Tick<T> {
+    #[inline(always)]
+    pub fn begin<const LINKS: usize>(
+        model: &Model<T, LINKS>,
+        state: &mut State<T, LINKS>,
+        drives: Drives<T>,
+    ) -> Self {
+        let solver = &model.description().solver;
+        let parts = T::int(i32::from(solver.substeps.max(1)));
+        let scheme = Scheme {
+            dt_s: solver.tick_s / parts,
+            inertia: T::one(),
+            friction: model.wall.friction_coefficient,
+            sliding: MotionRatio::STEADY.sliding,
+            drag: solver.drag,
+            predictor_gain: solver.predictor_gain,
+            first: true,
+            last: true,
+        };
+        let start = state.drives;
+        let asked = Drives {
+            catheter: state.effects.follow(model, drives.catheter),
+            guidewire: past_mouth(model, drives.guidewire),
+            tendons_m: drives.tendons_m,
+        };
+        let drives = Drives {
+            catheter: model.within_reach(asked.catheter),
+            guidewire: model.within_reach(asked.guidewire),
+            tendons_m: asked.tendons_m,
+        };
+        if state.count == 0 {
+            // The links whose rates follow from the drives' motion are gone.
+            state.drive_history = DriveHistory::none();
+        }
+        let ratio = state.drive_history.observe(model, &state.drives, &drives);
+        Self { scheme, ratio, start, asked, drives }
+    }
+
+    /// Feeds the chain in a part of the tick, counted from 1.
+    #[inline(always)]
+    pub fn feed<const LINKS: usize>(
+        &mut self,
+        model: &Model<T, LINKS>,
+        state: &mut State<T, LINKS>,
+        part: u8,
+    ) {
+        let Self { scheme, ratio, start, drives, .. } = self;
+        let solver = &model.description().solver;
+        let share = T::int(i32::from(part)) / T::int(i32::from(solver.substeps.max(1)));
         let target = Drives {
             catheter: between(start.catheter, drives.catheter, share),
             guidewire: between(start.guidewire, drives.guidewire, share),
@@ -101,22 +147,27 @@ pub(crate) fn advance<T: Real, const LINKS: usize>(
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
         state.pull_tendons(model, target.tendons_m, true, scheme.dt_s);
-        state.predict(scheme.dt_s * state.momentum_share, ratio.link_rates);
-        let totals = solve_substep(model, lumen, state, loads, &mut scheme);
-        if part >= solver.substeps {
-            outputs = collect_outputs(model, state, &totals);
+    }
+
+    /// `outputs`: of the last part.
+    #[inline(always)]
+    pub fn finish<const LINKS: usize>(
+        &self,
+        model: &Model<T, LINKS>,
+        state: &mut State<T, LINKS>,
+        mut outputs: Outputs<T>,
+    ) -> Outputs<T> {
+        // While nothing is past the mouth, no output depends on the rotations: they are checked apart.
+        let turned = state.drives.catheter.rotation_rad + state.drives.guidewire.rotation_rad;
+        if !(is_finite(&outputs) && turned.is_finite()) {
+            state.reset();
+            state.lost = true;
+            return lost_outputs();
         }
+        flag(model, state, &self.asked, &mut outputs);
+        state.effects.report(model, &mut outputs);
+        outputs
     }
-    // While nothing is past the mouth, no output depends on the rotations: they are checked apart.
-    let turned = state.drives.catheter.rotation_rad + state.drives.guidewire.rotation_rad;
-    if !(is_finite(&outputs) && turned.is_finite()) {
-        state.reset();
-        state.lost = true;
-        return lost_outputs();
-    }
-    flag(model, state, &asked, &mut outputs);
-    state.effects.report(model, &mut outputs);
-    outputs
 }
 
 /// Position of a drive at a share of a tick.
@@ -344,26 +395,68 @@ impl<T: Real, L: Law<T>, const LINKS: usize> Kernel<T> for SolveKernel<'_, '_, T
     type Output = Totals<T>;
 
     #[inline(always)]
-    fn run<N: Pack<T>>(self) -> Totals<T> {
+    fn run<N: PlainPack<T>>(self) -> Totals<T> {
         let Self { model, lumen, state, loads, scheme, law } = self;
-        if scheme.first {
-            state.sample_wall::<N>(model, lumen, law);
+        state.nodes_sampled ^= scheme.first;
+        let of_nodes = state.nodes_sampled;
+        let cells = base_cells(model, state, scheme);
+        let (mut chain, coaxial_tables) = Chain::of(state, cells);
+        let body = Body::of(model, if L::COAXIAL { coaxial_tables } else { &model.tables });
+        let lowest_m = scheme.first.then(|| {
+            let lumen = Stored::<T>::new(lumen);
+            sample_wall::<T, N, LINKS>(&mut chain, of_nodes, body.radius_m, &lumen, law)
+        });
+        let totals = solve::<T, N, L, LINKS>(&body, &mut chain, loads, scheme, law);
+        if let Some(lowest_m) = lowest_m {
+            state.outside = lowest_m < T::lit(OUTSIDE_M);
         }
-        solve::<T, N, L, LINKS>(model, state, loads, scheme, law)
+        totals
     }
 }
 
 /// Share of the velocities that the next step takes over.     docs/explanation/model.md (21)
-fn momentum_share<T: Real>(farthest_squared: T) -> T {
+pub(crate) fn momentum_share<T: Real>(farthest_squared: T) -> T {
     let most = T::lit(MOMENTUM_TURN_RAD);
     most / maximum(farthest_squared.root(), most)
 }
 
+/// The largest of all links.
+pub(crate) struct Peaks<S, I> {
+    /// Square of the contact force \[N²\], and the node with it.
+    pub force_squared: S,
+    pub node: I,
+    /// Square of the strain less the middle of its range \[1\].
+    pub stretched_squared: S,
+}
+
+impl<S: Catheters> Peaks<S, S::Index> {
+    #[inline(always)]
+    pub fn of(links: &[LinkState<S>], counts: S::Count) -> Self {
+        let (mut peak, mut node) = (S::lit(0.0), S::index(0));
+        let (middle, _) = strain_range::<S>();
+        let mut stretched_squared = S::lit(0.0);
+        for (j, link) in links.iter().enumerate() {
+            let present = S::present(counts, j);
+            let squared = link.force.dot(&link.force);
+            let counted = S::either(present, || squared, || peak);
+            (peak, node) =
+                S::either(peak.below(counted), || (counted, S::index(j)), || (peak, node));
+            let strain = link.strain - middle;
+            let stretched = S::either(present, || strain * strain, || stretched_squared);
+            let is_larger = stretched.reaches(stretched_squared);
+            stretched_squared = S::either(is_larger, || stretched, || stretched_squared);
+        }
+        Self { force_squared: peak, node, stretched_squared }
+    }
+}
+
 /// docs/explanation/model.md (22)
-fn collect_outputs<T: Real, const LINKS: usize>(
+#[inline(always)]
+pub(crate) fn collect_outputs<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
     totals: &Totals<T>,
+    peaks: &Peaks<T, u16>,
 ) -> Outputs<T> {
     let direction = model.guide.tangent();
     let moment = &totals.moment_on_guide;
@@ -373,17 +466,8 @@ fn collect_outputs<T: Real, const LINKS: usize>(
     } else {
         configurational_force_n(model, state, moment, twist)
     };
-    let (mut peak, mut peak_node) = (T::zero(), 0);
-    let (middle, half_range) = strain_range();
-    let mut stretched_squared = T::zero();
-    for (j, link) in state.links[..state.count.min(LINKS)].iter().enumerate() {
-        let squared = link.force.dot(&link.force);
-        if squared > peak {
-            (peak, peak_node) = (squared, j as u16);
-        }
-        let strain = link.strain - middle;
-        stretched_squared = maximum(stretched_squared, strain * strain);
-    }
+    let Peaks { force_squared, node, stretched_squared } = *peaks;
+    let (_, half_range) = strain_range::<T>();
     let overstretched = stretched_squared >= half_range * half_range;
     let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
     let whole =
@@ -397,8 +481,8 @@ fn collect_outputs<T: Real, const LINKS: usize>(
         drive_torque_n_m: whole.torque_n_m - guidewire.torque_n_m,
         guidewire_force_n: guidewire.force_n,
         guidewire_torque_n_m: guidewire.torque_n_m,
-        peak_contact_force_n: peak.root(),
-        peak_node,
+        peak_contact_force_n: force_squared.root(),
+        peak_node: node,
         links: state.count as u16,
         unresolved: totals.largest_turn_squared > limit || state.outside || overstretched,
         lost: false,
@@ -436,7 +520,7 @@ fn lost_outputs<T: Real>() -> Outputs<T> {
 }
 
 /// Middle and half length of the range [`STRAINS`].
-fn strain_range<T: Real>() -> (T, T) {
+fn strain_range<T: Number>() -> (T, T) {
     let half = 0.5 * (STRAINS.end - STRAINS.start);
     (T::lit(STRAINS.start + half), T::lit(half))
 }

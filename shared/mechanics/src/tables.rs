@@ -1,6 +1,6 @@
 //! Elastic properties of joints and links.     docs/explanation/model.md (2), (24)
 
-use cathforce_scalar::{Number, Pack, Vector3};
+use cathforce_scalar::{Gather, Number, Vector3};
 
 use crate::Real;
 use crate::grid::Grid;
@@ -20,9 +20,9 @@ pub(crate) struct Joint<T: Number> {
 impl<N: Number> Joint<N> {
     /// Gathers those of several lanes.
     #[inline(always)]
-    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Joint<T>) -> Self
+    pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a Joint<S>) -> Self
     where
-        N: Pack<T>,
+        N: Gather<S>,
     {
         Self {
             bending: N::from_lanes(|lane| of(lane).bending),
@@ -61,7 +61,7 @@ impl<T: Real> Link<T> {
 
 /// Joints and links of a chain, from its tip on.
 #[derive(Clone, Debug)]
-pub(crate) struct Tables<T: Real, const LINKS: usize> {
+pub(crate) struct Tables<T: Number, const LINKS: usize> {
     /// For link j: the joint at its proximal end.
     pub joints: [Joint<T>; LINKS],
     /// Link j, from joint j + 1 to node j.

@@ -3,16 +3,17 @@
 //!
 //! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/explanation/model.md (14)
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Blend, Number, Vector3};
 
+use crate::Loads;
 use crate::algebra::{LdltFactor, Matrix3, Sym3, reload_barrier};
 use crate::contact::LinearContact;
 use crate::proximity::Proximity;
 use crate::state::{Elimination, LinkLoads, Stretch};
-use crate::{Loads, Real};
 
 /// The linear wrench of everything distal to a point.
-pub(crate) struct Wrench<T: Real> {
+#[derive(Clone)]
+pub(crate) struct Wrench<T: Number> {
     pub force: Vector3<T>,
     pub moment: Vector3<T>,
     a: Sym3<T>,
@@ -20,15 +21,15 @@ pub(crate) struct Wrench<T: Real> {
     c: Sym3<T>,
 }
 
-impl<T: Real> Wrench<T> {
+impl<T: Number> Wrench<T> {
     /// At the tip: the external loads, without stiffness.
     pub fn beyond_tip(loads: &Loads<T>) -> Self {
         Self {
             force: Vector3::from(loads.tip_force_n),
             moment: Vector3::from(loads.tip_moment_n_m),
-            a: Sym3::zero(),
-            b: Matrix3::zeros(),
-            c: Sym3::zero(),
+            a: Sym3::nothing(),
+            b: Matrix3::nothing(),
+            c: Sym3::nothing(),
         }
     }
 
@@ -78,7 +79,7 @@ impl<T: Real> Wrench<T> {
         reload_barrier();
         let alpha = self.a.mul_vec(tangent);
         let beta = self.b.mul_transposed(tangent);
-        let inverse = T::one() / (stiffness + tangent.dot(&alpha).positive());
+        let inverse = T::lit(1.0) / (stiffness + tangent.dot(&alpha).positive());
         let (by_displacement, by_rotation) = (alpha * inverse, beta * inverse);
         let gain = self.force.dot(tangent) - tension;
         self.force -= by_displacement * gain;
@@ -118,7 +119,7 @@ impl<T: Real> Wrench<T> {
         let mut by_displacement = z;
         let mut turn = s;
         for i in 0..3 {
-            turn[i] *= factor.inverse[i];
+            turn[i] = turn[i] * factor.inverse[i];
             by_displacement[i] *= factor.inverse[i];
             self.force -= z[i] * turn[i];
             self.a.sub_outer(&by_displacement[i], &z[i]);
@@ -141,5 +142,18 @@ impl<T: Real> Wrench<T> {
         self.b = Matrix3::outer(&z[0], &x[0]);
         self.b.add_outer(&z[1], &x[1]);
         self.b.add_outer(&z[2], &x[2]);
+    }
+}
+
+impl<T: Number> Blend<T> for Wrench<T> {
+    #[inline(always)]
+    fn blend(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            force: Blend::blend(mask, yes.force, no.force),
+            moment: Blend::blend(mask, yes.moment, no.moment),
+            a: Blend::blend(mask, yes.a, no.a),
+            b: Blend::blend(mask, yes.b, no.b),
+            c: Blend::blend(mask, yes.c, no.c),
+        }
     }
 }

@@ -12,6 +12,8 @@
 #[cfg(target_arch = "x86_64")]
 extern crate std;
 
+mod abreast;
+mod catheters;
 mod number;
 mod pack;
 mod real;
@@ -20,8 +22,10 @@ mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86_64;
 
+pub use abreast::Abreast;
+pub use catheters::{Blend, Catheters};
 pub use number::Number;
-pub use pack::{Kernel, Pack};
+pub use pack::{Gather, Kernel, Pack, PlainPack};
 pub use real::Real;
 pub use storage::{ScalarStorage, Storage3};
 pub use vector::Vector3;

@@ -38,6 +38,18 @@ pub trait Number:
     fn positive(self) -> Self;
     /// −1 below 0, else 1.
     fn sign(self) -> Self;
+    /// Yes or no in each lane.
+    type Mask: Copy;
+    /// Where this is below a bound; nowhere for NaN.
+    fn below(self, bound: Self) -> Self::Mask;
+    /// Where this is a bound or above it; nowhere for NaN.
+    fn reaches(self, bound: Self) -> Self::Mask;
+    /// `yes` where the mask says so, else `no`.
+    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The mask says yes in every lane.
+    fn all(mask: Self::Mask) -> bool;
+    /// The mask says yes in a lane.
+    fn any(mask: Self::Mask) -> bool;
 }
 
 impl Number for f32 {
@@ -72,6 +84,27 @@ impl Number for f32 {
     fn sign(self) -> Self {
         if self < 0.0 { -1.0 } else { 1.0 }
     }
+    type Mask = bool;
+    #[inline(always)]
+    fn below(self, bound: Self) -> bool {
+        self < bound
+    }
+    #[inline(always)]
+    fn reaches(self, bound: Self) -> bool {
+        self >= bound
+    }
+    #[inline(always)]
+    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn all(mask: bool) -> bool {
+        mask
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
 }
 
 impl Number for f64 {
@@ -105,6 +138,27 @@ impl Number for f64 {
     #[inline(always)]
     fn sign(self) -> Self {
         if self < 0.0 { -1.0 } else { 1.0 }
+    }
+    type Mask = bool;
+    #[inline(always)]
+    fn below(self, bound: Self) -> bool {
+        self < bound
+    }
+    #[inline(always)]
+    fn reaches(self, bound: Self) -> bool {
+        self >= bound
+    }
+    #[inline(always)]
+    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn all(mask: bool) -> bool {
+        mask
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
     }
 }
 

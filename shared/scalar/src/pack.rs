@@ -6,24 +6,43 @@
 
 use crate::{Number, Vector3};
 
-/// One number in each lane; every operation is done lane by lane.
-pub trait Pack<T: Number>: Number {
+/// One number in each lane, of which each is an `S`; every operation is done lane by lane.
+pub trait Gather<S: Number>: Number {
     /// Gathers the number of each lane.
-    fn from_lanes(of: impl FnMut(usize) -> T) -> Self;
-    fn lane(self, lane: usize) -> T;
+    fn from_lanes(of: impl FnMut(usize) -> S) -> Self;
     /// The same number in each lane.
     #[inline(always)]
-    fn splat(value: T) -> Self {
+    fn splat(value: S) -> Self {
         Self::from_lanes(|_| value)
     }
     /// Gathers the vector of each lane.
-    fn gather_vectors(of: impl FnMut(usize) -> Vector3<T>) -> Vector3<Self>;
+    fn gather_vectors(of: impl FnMut(usize) -> Vector3<S>) -> Vector3<Self>;
+}
+
+/// Lanes that hold links of one chain, where `S` is the number of one catheter or of several abreast.
+pub trait Pack<S: Number>: Gather<S> {
+    fn lane(self, lane: usize) -> S;
     /// Splits into the vectors of the lanes.
-    fn split_vectors(vectors: Vector3<Self>) -> Self::Lanes<Vector3<T>>;
+    fn split_vectors(vectors: Vector3<Self>) -> Self::Lanes<Vector3<S>>;
+    /// `yes` for the catheters that have a link, else `no`. Lanes are only filled with links that a single
+    /// catheter has, so that without company it is `yes`.
+    #[inline(always)]
+    fn where_present(_present: S::Mask, yes: Self, _no: Self) -> Self {
+        yes
+    }
+}
+
+/// Lanes of plain numbers, which convert from and to integers.
+pub trait PlainPack<T: Number>: Pack<T> {
     /// The number nearest to the integer of each lane.
     fn from_ints(of: impl FnMut(usize) -> i32) -> Self;
     /// Each number truncated towards zero and clamped to 0 … `most`; 0 for NaN.
     fn to_clamped_ints(self, most: i32) -> Self::Lanes<i32>;
+    /// The numbers of all lanes.
+    #[inline(always)]
+    fn numbers(self) -> Self::Lanes<T> {
+        Self::per_lane(|lane| self.lane(lane))
+    }
 }
 
 /// A computation that is generic over the pack; see [`Real::run_vectorised`](crate::Real::run_vectorised).
@@ -33,29 +52,35 @@ pub trait Kernel<T: Number> {
     ///
     /// It must be `#[inline(always)]`, as must all code in it that handles packs. A separate function would
     /// be compiled for the smallest instruction set of the target.
-    fn run<N: Pack<T>>(self) -> Self::Output;
+    fn run<N: PlainPack<T>>(self) -> Self::Output;
 }
 
 /// A pack of one lane.
 macro_rules! alone {
     ($number:ty) => {
-        impl Pack<$number> for $number {
+        impl Gather<$number> for $number {
             #[inline(always)]
             fn from_lanes(mut of: impl FnMut(usize) -> $number) -> Self {
                 of(0)
             }
             #[inline(always)]
-            fn lane(self, _lane: usize) -> $number {
-                self
-            }
-            #[inline(always)]
             fn gather_vectors(mut of: impl FnMut(usize) -> Vector3<$number>) -> Vector3<Self> {
                 of(0)
+            }
+        }
+
+        impl Pack<$number> for $number {
+            #[inline(always)]
+            fn lane(self, _lane: usize) -> $number {
+                self
             }
             #[inline(always)]
             fn split_vectors(vectors: Vector3<Self>) -> [Vector3<$number>; 1] {
                 [vectors]
             }
+        }
+
+        impl PlainPack<$number> for $number {
             #[inline(always)]
             fn from_ints(mut of: impl FnMut(usize) -> i32) -> Self {
                 of(0) as $number
@@ -123,7 +148,7 @@ mod tests {
 
     impl<T: Real> Kernel<T> for HasTheBitsOfOneLane {
         type Output = ();
-        fn run<N: Pack<T>>(self) {
+        fn run<N: PlainPack<T>>(self) {
             let n = VALUES.len();
             for k in 0..n * n {
                 let a = |lane: usize| T::lit(VALUES[(k + lane) % n]);
@@ -141,6 +166,38 @@ mod tests {
         }
     }
 
+    #[derive(Clone, Copy)]
+    struct Chooses;
+
+    impl<T: Real> Kernel<T> for Chooses {
+        type Output = ();
+        fn run<N: PlainPack<T>>(self) {
+            let n = VALUES.len();
+            for k in 0..n * n {
+                let a = |lane: usize| T::lit(VALUES[(k + lane) % n]);
+                let b = |lane: usize| T::lit(VALUES[(k / n + 5 * lane) % n]);
+                let (many_a, many_b) = (N::from_lanes(a), N::from_lanes(b));
+                let (yes, no) = (N::lit(1.0), N::lit(2.0));
+                let masks = [many_a.below(many_b), many_a.reaches(many_b)];
+                let is = |lane: usize| [a(lane) < b(lane), a(lane) >= b(lane)];
+                for (i, mask) in masks.into_iter().enumerate() {
+                    let found = N::choose(mask, yes, no);
+                    for lane in 0..N::LANES {
+                        let expected = if is(lane)[i] { T::lit(1.0) } else { T::lit(2.0) };
+                        assert_eq!(found.lane(lane), expected, "{} {}", a(lane), b(lane));
+                    }
+                    assert_eq!(N::all(mask), (0..N::LANES).all(|lane| is(lane)[i]));
+                    assert_eq!(N::any(mask), (0..N::LANES).any(|lane| is(lane)[i]));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_lane_chooses_for_itself() {
+        with_every_pack(Chooses);
+    }
+
     #[test]
     fn side_by_side_has_the_bits_of_one_alone() {
         with_every_pack(HasTheBitsOfOneLane);
@@ -151,7 +208,7 @@ mod tests {
 
     impl<T: Real> Kernel<T> for CutsOff {
         type Output = ();
-        fn run<N: Pack<T>>(self) {
+        fn run<N: PlainPack<T>>(self) {
             for most in [0, 7, 1 << 27] {
                 for k in 0..VALUES.len() {
                     let value = |lane: usize| T::lit(VALUES[(k + lane) % VALUES.len()] * 1.7);
@@ -179,7 +236,7 @@ mod tests {
 
     impl<T: Real> Kernel<T> for ComesApart {
         type Output = ();
-        fn run<N: Pack<T>>(self) {
+        fn run<N: PlainPack<T>>(self) {
             let vector = |lane: usize| {
                 Vector3::new(T::lit(1.0), T::lit(2.0), T::lit(3.0)) * T::int(lane as i32 + 1)
             };

@@ -2,14 +2,18 @@
 
 use nalgebra::RealField;
 
-use crate::pack::{Kernel, Pack};
+use crate::catheters::Catheters;
+use crate::number::Number;
+use crate::pack::{Kernel, PlainPack};
 use crate::storage::{F32Storage, ScalarStorage};
 use crate::vector::Vector3;
 #[cfg(target_arch = "x86_64")]
 use crate::x86_64;
 
 /// A number of the model: `f32` or `f64`.
-pub trait Real: RealField + Default + Pack<Self> {
+pub trait Real:
+    RealField + Default + PlainPack<Self> + Number<Mask = bool> + Catheters<Count = usize, Index = u16>
+{
     // Constants, because the empty state of the model is a constant.
     const ZERO: Self;
     const ONE: Self;

@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: what the model costs and how it compares, measured in one run.
 
+mod environments;
 mod page;
 mod peers;
 
@@ -16,7 +17,7 @@ use crate::shell::{cargo, command, root, run, target_folder};
 /// Where the README quotes the figures.
 const BEGIN: &str = "<!-- cargo xtask bench -->\n";
 
-pub const OPTIONS: [Choice; 3] = [
+pub const OPTIONS: [Choice; 5] = [
     Choice {
         name: "json",
         value: Some("FILE"),
@@ -27,12 +28,28 @@ pub const OPTIONS: [Choice; 3] = [
         value: None,
         about: "Measure without the other simulators; docs and README stay as they are.",
     },
+    Choice {
+        name: "environments",
+        value: None,
+        about: "Measure instead the steps a second of the Gymnasium environment beside those of others.",
+    },
+    Choice {
+        name: "wheel",
+        value: Some("FILE"),
+        about: "With --environments: the wheel to measure; built if it is not given.",
+    },
     consent::YES,
 ];
 
 /// Measures everything, then writes `docs/reference/benchmarks.md` and the README's table: a run that
 /// fails changes neither.
 pub fn measure(given: &Given) -> anyhow::Result<()> {
+    given.at_most_one(&["environments", "json"])?;
+    given.at_most_one(&["environments", "without-peers"])?;
+    if given.has("environments") {
+        return environments::measure(given);
+    }
+    anyhow::ensure!(!given.has("wheel"), "--wheel goes with --environments");
     let (json, consent) = (given.path("json")?, Consent::of(given));
     let elf = setup::emulator_and_firmware(consent)?.elf;
     let python = match given.has("without-peers") {

@@ -121,6 +121,10 @@ pub struct BlindTestRunArguments {
     /// Stop after this many cases. Another run continues.
     #[arg(long)]
     pub most: Option<usize>,
+    /// Diagnose only this case, so that several computers can share a blind test. May be given several
+    /// times.
+    #[arg(long = "case", value_name = "CASE")]
+    pub cases: Vec<String>,
 }
 
 #[derive(Debug, Args)]

@@ -14,6 +14,7 @@ from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as _version
 
 from ._cathforce import Model, Snapshot, Ticks
+from .blind_test import run_blind_test, score_blind_test
 from .bundle import Bundle, read_bundle, write_bundle
 from .calibration import Calibration, calibrate
 from .diagnosis import Diagnosis, diagnose
@@ -55,6 +56,8 @@ __all__ = [
     "diagnose",
     "read",
     "read_bundle",
+    "run_blind_test",
+    "score_blind_test",
     "settings",
     "write_bundle",
 ]

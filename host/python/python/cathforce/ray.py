@@ -23,6 +23,7 @@ from typing import Any
 import ray
 
 from ._command import Progress, answer
+from .blind_test import _answer_file, _answers, _cases, _run_case
 from .calibration import Calibration, _calibration
 from .diagnosis import Diagnosis, Source, _diagnosis
 from .errors import UsageError
@@ -181,6 +182,35 @@ def calibrate(
             task = replace(task, arguments=(words, os.fspath(state)))
         tasks.append(task)
     return [_calibration(raw) for raw in _run(tasks, folder, progress, cores)]
+
+
+def run_blind_test(
+    folder: Source,
+    *,
+    progress: Progress | None = None,
+    cores: float = 1,
+) -> dict[str, Diagnosis]:
+    """Diagnoses every sealed case that has no answer yet, as :func:`cathforce.run_blind_test` does.
+
+    Every case is a task. Its answer is written into ``folder/answers`` when it is whole, so that the same call goes
+    on where a broken one stopped. :func:`cathforce.score_blind_test` scores the answers.
+
+    Args:
+        folder: of the blind test, at a path that every machine of the cluster reads and writes.
+        progress: called with a line for each answer.
+        cores: of a machine, for each case.
+
+    Returns:
+        The answer of each case.
+    """
+    path = os.fspath(Path(folder).absolute())
+    cases = _cases(path)
+    left = [case for case in cases if not _answer_file(path, case).exists()]
+    if len(left) < len(cases) and progress is not None:
+        progress(f"{len(cases) - len(left)} of {len(cases)} are there already")
+    tasks = [_Task(f"case {case}", f"{path} {case}", _run_case, (path, case)) for case in left]
+    _run(tasks, None, progress, cores)
+    return _answers(path)
 
 
 def study(

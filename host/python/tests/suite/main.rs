@@ -27,11 +27,15 @@ fn succeeded(command: &mut Command) -> String {
 
 /// A Python with the packages of `requirements.txt`. One test makes it, the others wait.
 fn python() -> PathBuf {
-    let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
+    environment("python", "tests/requirements.txt")
+}
+
+fn environment(name: &str, requirements: &str) -> PathBuf {
+    let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let guard = File::create(venv.with_extension("lock")).unwrap();
     guard.lock().unwrap();
     let python = venv.join("bin/python");
-    let requirements = folder().join("tests/requirements.txt");
+    let requirements = folder().join(requirements);
     let wanted = fs::read_to_string(&requirements).unwrap();
     // Written last: an installation that broke off is begun anew.
     let done = venv.join("installed.txt");
@@ -43,6 +47,11 @@ fn python() -> PathBuf {
     succeeded(Command::new(&python).args(install));
     fs::write(done, wanted).unwrap();
     python
+}
+
+/// A Python that also learns, with the packages of `learning.txt`.
+fn learning_python() -> PathBuf {
+    environment("learning", "tests/learning.txt")
 }
 
 /// Where cargo puts what it builds for these tests: `target/debug`.
@@ -124,6 +133,34 @@ fn recordings_bundles_diagnoses_and_calibrations() {
 #[test]
 fn navigation() {
     pytest("python-gym", &["test_gym.py"], &[]);
+}
+
+/// The share of safe successes of a policy that knows nothing, and of one that has learned for a minute.
+#[test]
+#[ignore = "installs PyTorch, which takes gigabytes: cargo nextest run --workspace --run-ignored only -E 'test(learns)'"]
+fn a_policy_learns_to_navigate_safely() {
+    let (plain, _) = with_package("python-learning");
+    let mut learn = Command::new(learning_python());
+    learn.envs(plain.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    learn.arg(folder().join("examples/learn.py"));
+    let said = succeeded(learn.args([
+        "--steps",
+        "40000",
+        "--runs",
+        "64",
+        "--nominal",
+        "--target",
+        "left",
+    ]));
+    println!("{said}");
+    let share = |when: &str| {
+        let (_, rest) = said.split_once(&format!("\"{when}\": {{")).expect("a figure");
+        let (_, rest) = rest.split_once("\"safe_success\": ").expect("a share");
+        let number = rest.split([',', '}']).next().expect("a number");
+        number.parse::<f64>().expect("a number")
+    };
+    let (before, after) = (share("before"), share("after"));
+    assert!(after >= before + 0.5, "{before} before, {after} after");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Effects in the recursion. They cost the nominal model nothing, because the solve is compiled once
 //! for [`Nominal`] and once for [`ActiveEffects`], and each step chooses one of them.
 
-use cathforce_scalar::{Pack, Vector3};
+use cathforce_scalar::{Catheters, Pack, Vector3};
 
 use super::driven_tendons::{DrivenTendons, TendonCell};
 use super::fluid::FluidForce;
@@ -19,7 +19,7 @@ use crate::tables::Joint;
 const SOFTEST_TWIST: f64 = 1e-5;
 
 /// Places in a solve where effects may act. The defaults change nothing.
-pub(crate) trait Law<T: Real> {
+pub(crate) trait Law<S: Catheters> {
     /// The wall relaxes, so contacts keep the indentation to which it has relaxed.
     const RELAXES: bool = false;
     /// Two instruments share the chain, so radius and slip differ between samples.
@@ -27,19 +27,19 @@ pub(crate) trait Law<T: Real> {
 
     /// Outer radius at a sample \[m\]. A sample is the node of link `sample / 2` if even, else its middle.
     #[inline(always)]
-    fn radius(&self, _sample: usize, catheter_m: T) -> T {
+    fn radius(&self, _sample: usize, catheter_m: S) -> S {
         catheter_m
     }
 
     /// Motion of the surface at a sample relative to the chain in this step.
     #[inline(always)]
-    fn slide(&self, _sample: usize) -> Slide<T> {
-        Slide { along_m: T::zero(), turn_rad: T::zero(), ratio_to_last: T::one() }
+    fn slide(&self, _sample: usize) -> Slide<S> {
+        Slide { along_m: S::lit(0.0), turn_rad: S::lit(0.0), ratio_to_last: S::lit(1.0) }
     }
 
     /// Distance \[m\] and normal of the wall at a point, from those of the nominal wall.
     #[inline(always)]
-    fn wall<N: Pack<T>>(
+    fn wall<N: Pack<S>>(
         &self,
         _position: &Vector3<N>,
         distance_m: N,
@@ -54,20 +54,20 @@ pub(crate) trait Law<T: Real> {
     /// the wall had relaxed \[m\]. Returns elastic force over stiffness \[m\], its derivative \[1\], and the
     /// new relaxed indentation \[m\].
     #[inline(always)]
-    fn indentation_response<N: Pack<T>>(&self, indented: N, slope: N, _relaxed: N) -> (N, N, N) {
+    fn indentation_response<N: Pack<S>>(&self, indented: N, slope: N, _relaxed: N) -> (N, N, N) {
         (indented, slope, N::lit(0.0))
     }
 
     /// Friction coefficient of a sample, from the nominal one. `normal_n`: normal force in the last solve
     /// \[N\]; `arc_m`: tributary length \[m\].
     #[inline(always)]
-    fn friction<N: Pack<T>>(&self, nominal: N, _normal_n: N, _arc_m: N) -> N {
+    fn friction<N: Pack<S>>(&self, nominal: N, _normal_n: N, _arc_m: N) -> N {
         nominal
     }
 
     /// Force of the fluid per length at a node \[N/m\]; `None` without flow. `distance`: to the wall \[m\].
     #[inline(always)]
-    fn fluid_force<N: Pack<T>>(
+    fn fluid_force<N: Pack<S>>(
         &self,
         _tangent: &Vector3<N>,
         _distance: impl FnOnce() -> N,
@@ -78,7 +78,7 @@ pub(crate) trait Law<T: Real> {
     /// Motion of the mouth relative to the vessel's frame: displacement in this step \[m\] and velocity in
     /// the last one \[m/s\]; `None` if the vessel never moves.
     #[inline(always)]
-    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
+    fn vessel_motion(&self) -> Option<[Vector3<S>; 2]> {
         None
     }
 
@@ -95,17 +95,17 @@ pub(crate) trait Law<T: Real> {
     fn load_joint(
         &mut self,
         _index: usize,
-        _joint: &Joint<T>,
-        _bend: &Vector3<T>,
-        _axes: &[Vector3<T>; 2],
-        _cells: &[TendonCell<T>],
-        _load: &mut JointLoad<T>,
+        _joint: &Joint<S>,
+        _bend: &Vector3<S>,
+        _axes: &[Vector3<S>; 2],
+        _cells: &[TendonCell<S>],
+        _load: &mut JointLoad<S>,
     ) {
     }
 
     /// The joint at the proximal end of link `index`, which is rotated by `bend`, material axes \[rad\].
     #[inline(always)]
-    fn joint(&mut self, _index: usize, nominal: &Joint<T>, _bend: &Vector3<T>) -> Joint<T> {
+    fn joint(&mut self, _index: usize, nominal: &Joint<S>, _bend: &Vector3<S>) -> Joint<S> {
         *nominal
     }
 }
@@ -113,7 +113,7 @@ pub(crate) trait Law<T: Real> {
 /// No effect in the recursion.
 pub(crate) struct Nominal;
 
-impl<T: Real> Law<T> for Nominal {}
+impl<S: Catheters> Law<S> for Nominal {}
 
 /// The effects with the constants of one step.
 pub(crate) struct ActiveEffects<'a, T: Real> {

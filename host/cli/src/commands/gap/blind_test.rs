@@ -87,12 +87,19 @@ fn answer(ui: &Ui, arguments: &BlindTestRunArguments) -> Result<(), Failure> {
     let seals = blind_test.seals().map_err(refuse)?;
     let binary = own_sha256()?;
     let mut open = Vec::new();
-    for case in seals.labels.keys() {
+    if let Some(unknown) = arguments.cases.iter().find(|case| !seals.labels.contains_key(*case)) {
+        let sealed: Vec<&str> = seals.labels.keys().map(String::as_str).collect();
+        let message =
+            format!("--case {unknown}: not a sealed case\n  fix: one of {}", sealed.join(", "));
+        return Err(Failure::new(Code::Usage, message));
+    }
+    let wanted = |case: &String| arguments.cases.is_empty() || arguments.cases.contains(case);
+    for case in seals.labels.keys().filter(|case| wanted(case)) {
         if blind_test.answer(case).map_err(refuse)?.is_none() {
             open.push(case.as_str());
         }
     }
-    let answered = seals.labels.len() - open.len();
+    let answered = seals.labels.keys().filter(|case| wanted(case)).count() - open.len();
     open.truncate(arguments.most.unwrap_or(usize::MAX));
     if answered > 0 {
         ui.say(format_args!("{answered} cases are answered already"));
