@@ -2,6 +2,9 @@
 
 use crate::plant::{Channel, Quantity};
 
+/// Force samples are means over this time \[s\]; `Catheter::compared` says so.
+pub const AVERAGE_S: f64 = 0.02;
+
 /// One measured column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Source {
@@ -26,6 +29,7 @@ impl Source {
 }
 
 /// A measured column with gaps.
+#[derive(Clone, Debug)]
 pub struct Column {
     pub source: Source,
     pub rows: Vec<(usize, f64)>,

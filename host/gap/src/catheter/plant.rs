@@ -278,6 +278,11 @@ impl Catheter {
             if !noise.is_empty() {
                 self.remarks.push(floor::unstated(&source.channel().name, &noise));
             }
+            let understated = self.prepared.iter().filter_map(|own| own.understated_noise(source));
+            let most = understated.max_by(|a, b| a[1].total_cmp(&b[1]));
+            if let Some([stated, found]) = most {
+                self.remarks.push(floor::understated(&source.channel().name, stated, found));
+            }
         }
         for (source, what) in [
             (

@@ -1,5 +1,6 @@
 //! Turns the rows of a trial into samples: averages them, removes snaps, and finds their noise.
 
+mod noise;
 mod places;
 mod snaps;
 
@@ -9,15 +10,14 @@ use cathforce_mechanics::Drive;
 use cathforce_recording::snap::Snap;
 use cathforce_recording::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
 
-use super::column::{Column, Source};
+use self::noise::{Mean, Noise};
+use super::column::{AVERAGE_S, Column, Source};
 use super::motion::{Motion, phase, regime};
 use super::sensors::{self, Limit};
 use super::simulate::{Inputs, Trajectory};
 use crate::data::clock::{Clock, Jump};
 use crate::plant::{Channel, Sample};
 
-/// Force samples are means over this time \[s\]; `Catheter::compared` says so.
-pub const AVERAGE_S: f64 = 0.02;
 /// Samples so long after it are left out \[s\].
 const JUMP_GUARD_S: f64 = 0.5;
 /// Of a trial in which nothing is fed, samples after so much rotation are compared \[rad\].
@@ -36,6 +36,9 @@ const OF_CHANNEL: f64 = 0.016;
 /// Most of it in a channel, over what a finer model and a nearer wall change there: rigs without an effect
 /// leave 0.8 to 2.0 times that, whatever their forces.
 const MOST_OF_FORCE: f64 = 1.5;
+/// Times the stated noise from which on it is said that a sensor has more: a median over the rows of a trial
+/// is off by a tenth.
+const UNDERSTATED: f64 = 1.25;
 /// Rows that make one sample: those of a stretch of time that have a value.
 #[derive(Clone, Debug)]
 struct Reading {
@@ -249,18 +252,20 @@ impl Prepared {
         };
         let deviation: Vec<f64> = (0..self.readings.len()).map(around).collect();
         let of_force = self.of_force(&deviation);
+        let noises: Vec<(Source, Noise<'_>)> =
+            self.columns.iter().map(|own| (own.source, self.noise(own))).collect();
         let duration = self.clock.t_s[self.clock.t_s.len() - 1] - self.clock.t_s[0];
         let sample = |(i, reading): (usize, &Reading)| {
             let t_s = 0.5 * (self.clock.t_s[reading.first()] + self.clock.t_s[reading.last()]);
             let tick = (self.index(t_s).round() as usize).min(self.inputs.insertion_m.len() - 1);
             let name = reading.source.channel().name;
-            let noise = self.column(reading.source).map_or(0.0, |column| column.noise);
+            let noise = noises.iter().find(|(source, _)| *source == reading.source);
             let share = (t_s - self.clock.t_s[0]) / duration.max(f64::MIN_POSITIVE);
             Sample {
                 t_s,
                 channel: channels.iter().position(|c| c.name == name).unwrap_or_default(),
                 value: reading.value,
-                noise: noise / (reading.rows.len() as f64).sqrt(),
+                noise: noise.map_or(0.0, |(_, own)| own.of_sample(reading.rows.len())),
                 model: deviation[i].hypot(of_force[i]),
                 phase: phase(&self.motion, tick, &force, self.inputs.insertion_m[tick] < bend_m),
                 regime: regime(&self.motion, tick),
@@ -366,10 +371,35 @@ impl Prepared {
         remarks
     }
 
-    /// The noise of a column, where it was estimated from its rows.
+    /// The noise of a column's samples.
+    fn noise<'a>(&self, column: &'a Column) -> Noise<'a> {
+        let own = self.readings.iter().filter(|reading| reading.source == column.source);
+        let means: Vec<Mean> = match column.source {
+            // The few shapes of a trial do not tell their noise.
+            Source::Shape(..) => Vec::new(),
+            _ => own.map(|own| self.mean(own)).collect(),
+        };
+        Noise::of(column, &means)
+    }
+
+    fn mean(&self, reading: &Reading) -> Mean {
+        let ends = [reading.first(), reading.last()].map(|row| self.clock.t_s[row]);
+        Mean { t_s: 0.5 * (ends[0] + ends[1]), value: reading.value, rows: reading.rows.len() }
+    }
+
+    /// The noise of one row of a column, where it was estimated from its rows.
     pub fn estimated_noise(&self, source: Source) -> Option<f64> {
         let own = |column: &&Column| column.source == source && column.estimated;
-        self.columns.iter().find(own).map(|column| column.noise)
+        self.columns.iter().find(own).map(|column| self.noise(column).of_row())
+    }
+
+    /// The stated noise of one row of a column and the one that it has, where that is so much larger that the
+    /// stated one is not believed.
+    pub fn understated_noise(&self, source: Source) -> Option<[f64; 2]> {
+        let own = |column: &&Column| column.source == source && !column.estimated;
+        let column = self.columns.iter().find(own)?;
+        let found = self.noise(column).of_row();
+        (found > UNDERSTATED * column.noise).then_some([column.noise, found])
     }
 }
 

@@ -1,6 +1,7 @@
 //! Repeated runs of one motion, from which the noise floor is estimated.
 
-use super::prepare::{AVERAGE_S, Prepared};
+use super::column::AVERAGE_S;
+use super::prepare::Prepared;
 use crate::plant::{Repeat, Trial};
 
 /// Two trials are repeats when no encoder position differs by more \[m\], \[rad\]; insertions but for

@@ -18,6 +18,9 @@ use crate::plant::Point;
 
 /// Standard deviations of its prior within which a nuisance stays. Beyond, it is an effect.
 pub const NUISANCE_LIMIT: f64 = 4.0;
+/// Root mean square by which whitened residuals may be off the line before derivatives are taken again. It adds
+/// 5 % to the error at the floor.
+const BENT: f64 = 0.3;
 /// Times that a residual's loss is taken as a square around where the nuisances were last.
 const ROUNDS: usize = 2;
 
@@ -28,6 +31,22 @@ pub struct Nuisances {
     /// What a residual differs by from the linear one where the nuisances were found to be.
     bend: Vec<DVector<f64>>,
     loss: Loss,
+}
+
+/// A simulation at an estimate of the nuisances: how far from linear it is, and its loss with the penalty.
+struct Seen {
+    bend: DVector<f64>,
+    loss: f64,
+}
+
+/// A point with the nuisances of one trial, in standard deviations of their priors.
+fn moved(point: &Point, estimate: &[f64], problem: &Problem<'_>) -> Point {
+    let mut there = point.clone();
+    let known = problem.plant.nuisances();
+    for ((value, z), known) in there.nuisances.iter_mut().zip(estimate).zip(known) {
+        *value += z * known.sd;
+    }
+    there
 }
 
 /// One trial with its nuisances refitted.
@@ -78,36 +97,109 @@ impl Nuisances {
         let bend = base.iter().map(|own| DVector::zeros(own.len())).collect();
         let mut own = Self { scaled, bend, loss: Loss::of(problem.plant) };
         if !problem.plant.cheap() {
-            own.bend = own.bends(problem, trials, point, base)?;
+            own.follow(problem, trials, point, base)?;
         }
         Some(own)
     }
 
-    /// r(ẑ) − r(0) − S ẑ at the estimate ẑ of every trial: with it, the residual is right there too and not
-    /// only where the nuisances are 0. Where it is larger than S ẑ itself, the expansion does not hold (a
-    /// contact was lost, the other branch was taken), and the line is kept.
-    fn bends(
-        &self,
+    /// Takes derivatives nearer to where the nuisances are found to be, in trials in which they are not linear up to
+    /// there: a Gauss–Newton step more.
+    fn follow(
+        &mut self,
         problem: &Problem<'_>,
         trials: &[usize],
         point: &Point,
         base: &[DVector<f64>],
-    ) -> Option<Vec<DVector<f64>>> {
-        let known = problem.plant.nuisances();
-        let of = |&at: &usize| {
-            let estimate = self.refit(at, &base[at]).estimate;
-            let mut there = point.clone();
-            for ((value, z), known) in there.nuisances.iter_mut().zip(&estimate).zip(known) {
-                *value += z * known.sd;
-            }
-            let line = &self.scaled[at] * DVector::from_column_slice(&estimate);
-            let moved = problem.residual(trials[at], &there).map(|there| there - &base[at]);
-            let bend = moved.map(|moved| moved - &line);
-            let holds = bend.filter(|bend| bend.norm() < line.norm());
-            Some(holds.unwrap_or_else(|| DVector::zeros(base[at].len())))
-        };
+    ) -> Option<()> {
         let all: Vec<usize> = (0..trials.len()).collect();
-        crate::parallel::each_or_none(&all, of)
+        let found = crate::parallel::each_or_none(&all, |&at| {
+            Some(self.followed(problem, at, trials[at], point, &base[at]))
+        })?;
+        for (at, (scaled, bend)) in found.into_iter().enumerate() {
+            self.bend[at] = bend;
+            if let Some(scaled) = scaled {
+                self.scaled[at] = scaled;
+            }
+        }
+        Some(())
+    }
+
+    /// Derivatives S of a trial where they are others, and its bend r(ẑ) − r(0) − S ẑ, with which the residual is
+    /// right at ẑ too and not only where the nuisances are 0. Where the bend is larger than S ẑ itself, no expansion
+    /// holds (a contact was lost, the other branch was taken), and the first line is kept.
+    fn followed(
+        &self,
+        problem: &Problem<'_>,
+        at: usize,
+        trial: usize,
+        point: &Point,
+        base: &DVector<f64>,
+    ) -> (Option<DMatrix<f64>>, DVector<f64>) {
+        let straight = || DVector::zeros(base.len());
+        let estimate = self.refit(at, base).estimate;
+        let Some(own) = self.seen_from(problem, trial, point, base, &estimate, &self.scaled[at])
+        else {
+            return (None, straight());
+        };
+        if own.bend.norm_squared() > BENT.powi(2) * base.len() as f64 {
+            // Where the way to the estimate leads past a fork, a part of it may not.
+            let from = |share: f64| {
+                let part: Vec<f64> = estimate.iter().map(|z| share * z).collect();
+                let again = self.once_more(problem, trial, point, base, &part);
+                again.filter(|(_, again)| again.loss < own.loss)
+            };
+            if let Some((scaled, again)) = from(1.0).or_else(|| from(0.5)) {
+                return (Some(scaled), again.bend);
+            }
+        }
+        let line = &self.scaled[at] * DVector::from_column_slice(&estimate);
+        let holds = own.bend.norm() < line.norm();
+        (None, if holds { own.bend } else { straight() })
+    }
+
+    /// Derivatives at an estimate, and what is seen where they lead to.
+    fn once_more(
+        &self,
+        problem: &Problem<'_>,
+        trial: usize,
+        point: &Point,
+        base: &DVector<f64>,
+        estimate: &[f64],
+    ) -> Option<(DMatrix<f64>, Seen)> {
+        let known = problem.plant.nuisances();
+        let there = moved(point, estimate, problem);
+        let residual = problem.residual(trial, &there)?;
+        let coordinates: Vec<_> = (0..known.len()).map(Coordinate::Nuisance).collect();
+        let from = std::slice::from_ref(&residual);
+        let mut scaled = problem.sensitivities(&[trial], &there, from, &coordinates)?.pop()?;
+        for (mut column, nuisance) in scaled.column_iter_mut().zip(known) {
+            column *= nuisance.sd;
+        }
+        let line = &scaled * DVector::from_column_slice(estimate);
+        let from_there =
+            Self { bend: vec![residual - base - line], scaled: vec![scaled], loss: self.loss };
+        let estimate = from_there.refit(0, base).estimate;
+        let scaled = &from_there.scaled[0];
+        let seen = self.seen_from(problem, trial, point, base, &estimate, scaled)?;
+        Some((from_there.scaled[0].clone(), seen))
+    }
+
+    /// What a simulation at an estimate tells.
+    fn seen_from(
+        &self,
+        problem: &Problem<'_>,
+        trial: usize,
+        point: &Point,
+        base: &DVector<f64>,
+        estimate: &[f64],
+        scaled: &DMatrix<f64>,
+    ) -> Option<Seen> {
+        let residual = problem.residual(trial, &moved(point, estimate, problem))?;
+        let of = |r: &f64| self.loss.of_residual(*r).0.powi(2);
+        let penalty: f64 = estimate.iter().map(|z| z * z).sum();
+        let loss = residual.iter().map(of).sum::<f64>() + penalty;
+        let line = scaled * DVector::from_column_slice(estimate);
+        Some(Seen { bend: residual - base - line, loss })
     }
 
     /// From S of every trial, which somebody else has computed.

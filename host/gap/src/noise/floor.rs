@@ -49,6 +49,14 @@ pub fn unstated(channel: &str, found: &[f64]) -> String {
     )
 }
 
+/// That a channel scatters by more than rig.toml states.
+pub fn understated(channel: &str, stated: f64, found: f64) -> String {
+    format!(
+        "rig.toml states a noise of {stated:.2e} for {channel}, but its rows scatter by {found:.2e}, which is \
+         taken instead"
+    )
+}
+
 impl Floor {
     /// σ² = ½⟨(y_a − y_b)²⟩ over repeats where there are any, of a catheter but for the mean
     /// difference of two runs; else the stated noise.
