@@ -30,6 +30,8 @@ mod run_info;
 mod session;
 mod settings;
 mod ui;
+#[cfg(feature = "dash")]
+mod web;
 
 use std::process::ExitCode;
 

@@ -8,6 +8,7 @@ mod keys;
 mod plausible;
 mod priors;
 mod read;
+mod read_transmission;
 mod tendon;
 mod toml_reader;
 mod transmission;

@@ -12,9 +12,9 @@ use super::keys::{
 };
 use super::plausible;
 use super::priors::read_priors;
+use super::read_transmission::{self, read_transmission};
 use super::tendon::read_tendon;
 use super::toml_reader::{Fault, Faults, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
-use super::transmission::{self, read_transmission};
 use super::types::{
     CatheterRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel, WallRegion,
 };
@@ -105,7 +105,7 @@ fn read(root: &TableReader<'_>, kind: PlantKind) -> (Rig, Vec<RigWarning>) {
             (sensor(root, Some(drive.axis)), read_priors(root, Some(drive.axis)))
         }
         Plant::Transmission(own) => {
-            (transmission::read_sensor(root, own), transmission::read_priors(root, own))
+            (read_transmission::read_sensor(root, own), read_transmission::read_priors(root, own))
         }
         Plant::Catheter(_) => (sensor(root, None), read_priors(root, None)),
     };

@@ -1,6 +1,5 @@
 //! `cathforce config`.
 
-#[cfg(feature = "hardware")]
 mod device;
 mod file;
 mod flash;

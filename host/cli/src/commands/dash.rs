@@ -1,37 +1,25 @@
 //! `cathforce dash`: a device, a recording or a diagnosis in a browser.
 
 use std::io::{Write as _, stdout};
-use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::channel;
-use std::time::Duration;
+use std::path::Path;
 
-use cathforce_bus::{Direction, Frame};
-use cathforce_control::Fault;
-use cathforce_dash::{
-    DashError, Drive, Feed, LinkSource, Measurement, Options, Source, Started, feed, serve,
-};
+use cathforce_dash::{Drive, LinkSource, Measurement, Source, Started, serve};
 use cathforce_link::Step;
 use cathforce_recording::{analyse, is_recording};
 use serde_json::json;
 
-use super::fault;
 use super::run::{encoder, pick, tendons};
 use crate::args::{DashArguments, link_address};
 use crate::failure::{Code, Failure};
 use crate::image::image;
-use crate::log::{Watch, Watcher};
 use crate::open::{open_bundle, open_recording, read_bytes};
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
 use crate::ui::Ui;
+use crate::web::{options, warn_of_the_network};
 
 /// A measured force is drawn until the next row, if that comes within this time \[s\].
 const MEASURED_WITHIN_S: f64 = 0.1;
-/// After the end of a run, for browsers to draw it.
-const LAST_PICTURE: Duration = Duration::from_millis(200);
 
 pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
     let source = source(ui, arguments)?;
@@ -42,65 +30,6 @@ pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
     let mut printed = Ok(());
     serve(source, options, interrupted, |started| printed = print(ui, started))?;
     printed
-}
-
-/// Shows a run in a browser while it lasts. `name`: of its device.
-pub fn while_it_runs(
-    ui: &Ui,
-    listen: SocketAddr,
-    name: &str,
-    run: impl FnOnce(&Watch) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let (feed, source) = feed();
-    let source = Source::Run { name: name.to_owned(), source };
-    warn_of_the_network(ui, listen);
-    let stop = &AtomicBool::new(false);
-    let (told, address) = channel();
-    std::thread::scope(|scope| {
-        // A server that cannot begin lets go of its end of the channel.
-        let serve = move || {
-            serve(source, options(listen, Vec::new()), stop, |started| {
-                // Whoever asked waits for it.
-                let _ = told.send(started.address);
-            })
-        };
-        let server = scope.spawn(serve);
-        let Ok(address) = address.recv() else {
-            let ended = server.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            return Err(ended.map_or_else(Failure::from, |()| {
-                Failure::new(Code::Failed, "the web server ended before the run began")
-            }));
-        };
-        ui.say(format_args!("watch the run at http://{address}/"));
-        let watch: Watch = Arc::new(feed);
-        let ended = run(&watch);
-        drop(watch);
-        std::thread::sleep(LAST_PICTURE);
-        stop.store(true, Ordering::Relaxed);
-        let served = server.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        ended.and(served.map_err(Failure::from))
-    })
-}
-
-impl Watcher for Feed {
-    fn begins(&self, image: &[u8], lock_step: bool) {
-        self.begins(image, lock_step);
-    }
-
-    fn frame(&self, direction: Direction, frame: &Frame) {
-        self.frame(direction, frame);
-    }
-}
-
-fn options(listen: SocketAddr, names: Vec<String>) -> Options {
-    let fault_pages = Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect();
-    Options { listen, names, token_folder: token_folder(), fault_pages }
-}
-
-fn warn_of_the_network(ui: &Ui, listen: SocketAddr) {
-    if !listen.ip().is_loopback() {
-        ui.warn("every computer of the network can watch, and HTTP is not encrypted");
-    }
 }
 
 /// The address, and for a link the file with the token.
@@ -114,14 +43,6 @@ fn print(ui: &Ui, started: &Started) -> Result<(), Failure> {
     ui.data(&json!({ "address": address, "token_file": token_file }), text)?;
     // A program that waits for the address reads it from a pipe.
     stdout().flush().map_err(|e| Failure::new(Code::Failed, format!("cannot write to stdout: {e}")))
-}
-
-/// A folder of this user alone where there is one; the file can be read by nobody else in any case.
-fn token_folder() -> PathBuf {
-    std::env::var_os("XDG_RUNTIME_DIR")
-        .map(PathBuf::from)
-        .filter(|folder| folder.is_dir())
-        .unwrap_or_else(std::env::temp_dir)
 }
 
 fn source(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
@@ -221,16 +142,4 @@ fn drive(ui: &Ui, arguments: &DashArguments, path: &Path) -> Result<Drive, Failu
         duration_s,
         play: arguments.play,
     })
-}
-
-impl From<DashError> for Failure {
-    fn from(error: DashError) -> Self {
-        let code = match error {
-            DashError::Vessel(_) => Code::Input,
-            DashError::Listen { .. } | DashError::Token { .. } | DashError::Served(_) => {
-                Code::Failed
-            }
-        };
-        Self::new(code, error.to_string())
-    }
 }

@@ -44,6 +44,12 @@ pub mod dash {
     pub fn run(_: &Ui, _: &DashArguments) -> Result<(), Failure> {
         Err(super::without("cathforce dash", "dash"))
     }
+}
+
+#[cfg(not(feature = "dash"))]
+pub mod web {
+    use crate::failure::Failure;
+    use crate::ui::Ui;
 
     pub fn while_it_runs(
         _: &Ui,

@@ -38,9 +38,9 @@ pub mod ultrasound;
 #[cfg(feature = "wall")]
 pub mod wall;
 
-#[cfg(not(feature = "dash"))]
-pub use left_out::dash;
 #[cfg(not(feature = "monitor"))]
 pub use left_out::monitor;
+#[cfg(not(feature = "dash"))]
+pub use left_out::{dash, web};
 #[cfg(not(feature = "wall"))]
 pub use left_out::{material, ultrasound, wall};

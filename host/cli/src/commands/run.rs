@@ -12,7 +12,8 @@ use cathforce_recording::{
     Analysis, FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse,
 };
 
-use super::dash;
+#[cfg(not(feature = "dash"))]
+use super::web;
 use crate::args::{Feel, PlayArguments, RunArguments, SensorArguments};
 use crate::difference::difference;
 use crate::failure::{Code, Failure};
@@ -24,6 +25,8 @@ use crate::output::{Kind, check_again, check_apart, check_recording, write_again
 use crate::run_info::info;
 use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::{Ui, two_columns};
+#[cfg(feature = "dash")]
+use crate::web;
 
 /// The device that plays, and a sensor beside it.
 #[derive(Clone, Copy)]
@@ -63,7 +66,7 @@ pub fn run(ui: &Ui, arguments: &RunArguments) -> Result<(), Failure> {
         Some(listen) => {
             // Checked first, because nobody opens a page of a run that cannot begin.
             cathforce_link::check_address(on.link)?;
-            dash::while_it_runs(ui, listen, on.link, |watch| play(Some(watch)))
+            web::while_it_runs(ui, listen, on.link, |watch| play(Some(watch)))
         }
     }
 }

@@ -1,0 +1,101 @@
+//! The web front end for commands: how it is served, and a run that is shown while it lasts.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use cathforce_bus::{Direction, Frame};
+use cathforce_control::Fault;
+use cathforce_dash::{DashError, Feed, Options, Source, feed, serve};
+
+use crate::commands::fault;
+use crate::failure::{Code, Failure};
+use crate::log::{Watch, Watcher};
+use crate::ui::Ui;
+
+/// After the end of a run, for browsers to draw it.
+const LAST_PICTURE: Duration = Duration::from_millis(200);
+
+/// Shows a run in a browser while it lasts. `name`: of its device.
+pub fn while_it_runs(
+    ui: &Ui,
+    listen: SocketAddr,
+    name: &str,
+    run: impl FnOnce(&Watch) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let (feed, source) = feed();
+    let source = Source::Run { name: name.to_owned(), source };
+    warn_of_the_network(ui, listen);
+    let stop = &AtomicBool::new(false);
+    let (told, address) = channel();
+    std::thread::scope(|scope| {
+        // A server that cannot begin lets go of its end of the channel.
+        let serve = move || {
+            serve(source, options(listen, Vec::new()), stop, |started| {
+                // Whoever asked waits for it.
+                let _ = told.send(started.address);
+            })
+        };
+        let server = scope.spawn(serve);
+        let Ok(address) = address.recv() else {
+            let ended = server.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            return Err(ended.map_or_else(Failure::from, |()| {
+                Failure::new(Code::Failed, "the web server ended before the run began")
+            }));
+        };
+        ui.say(format_args!("watch the run at http://{address}/"));
+        let watch: Watch = Arc::new(feed);
+        let ended = run(&watch);
+        drop(watch);
+        std::thread::sleep(LAST_PICTURE);
+        stop.store(true, Ordering::Relaxed);
+        let served = server.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        ended.and(served.map_err(Failure::from))
+    })
+}
+
+impl Watcher for Feed {
+    fn begins(&self, image: &[u8], lock_step: bool) {
+        self.begins(image, lock_step);
+    }
+
+    fn frame(&self, direction: Direction, frame: &Frame) {
+        self.frame(direction, frame);
+    }
+}
+
+/// How it is served. `names`: by which browsers may ask, beside `localhost`.
+pub fn options(listen: SocketAddr, names: Vec<String>) -> Options {
+    let fault_pages = Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect();
+    Options { listen, names, token_folder: token_folder(), fault_pages }
+}
+
+/// Warns where others of the network can reach it.
+pub fn warn_of_the_network(ui: &Ui, listen: SocketAddr) {
+    if !listen.ip().is_loopback() {
+        ui.warn("every computer of the network can watch, and HTTP is not encrypted");
+    }
+}
+
+/// A folder of this user alone where there is one; the file can be read by nobody else in any case.
+fn token_folder() -> PathBuf {
+    std::env::var_os("XDG_RUNTIME_DIR")
+        .map(PathBuf::from)
+        .filter(|folder| folder.is_dir())
+        .unwrap_or_else(std::env::temp_dir)
+}
+
+impl From<DashError> for Failure {
+    fn from(error: DashError) -> Self {
+        let code = match error {
+            DashError::Vessel(_) => Code::Input,
+            DashError::Listen { .. } | DashError::Token { .. } | DashError::Served(_) => {
+                Code::Failed
+            }
+        };
+        Self::new(code, error.to_string())
+    }
+}
