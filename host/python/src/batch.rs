@@ -18,7 +18,7 @@ use crate::snapshot::Snapshot;
 use crate::ticks::Ticks;
 use crate::twin::{Node, Outcome, Rig, Twin};
 
-/// Ticks of each catheter between two looks at the clock. To lay catheters abreast takes as long as two ticks
+/// Ticks of each catheter between two looks at the clock. To lay catheters abreast takes longer than a tick
 /// (`cargo xtask bench --environments`), so that fewer would cost.
 const PART: usize = 50;
 /// Catheters that come to rest between two looks at the clock: each takes some hundred ticks.
