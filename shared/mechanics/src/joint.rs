@@ -1,6 +1,6 @@
 //! The elastic joints between links.
 
-use cathforce_scalar::{Blend, Gather, Number, Real, Vector3};
+use cathforce_scalar::{Blend, Number, Real, Vector3};
 
 use crate::algebra::{RelativeRotation, Sym3};
 use crate::tables::Joint;
@@ -49,12 +49,14 @@ impl<T: Number> Cell<T> {
     }
 }
 
+// A device has one catheter.
+#[cfg(not(target_os = "none"))]
 impl<N: Number> Cell<N> {
     /// Gathers those of several lanes.
     #[inline(always)]
     pub fn gather<'a, S: Number + 'a>(of: impl Fn(usize) -> &'a Cell<S>) -> Self
     where
-        N: Gather<S>,
+        N: cathforce_scalar::Gather<S>,
     {
         Self {
             share: N::from_lanes(|lane| of(lane).share),
