@@ -301,3 +301,33 @@ fn a_transmission_is_made_diagnosed_and_compensated() {
         &["is of a transmission", "gap compensate"],
     );
 }
+
+/// Bags of both storages hold the same joint.
+#[test]
+fn a_joint_of_a_bag_becomes_a_trial() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let bag = |storage: &str| {
+        format!("{}/../../fuzz/seeds/bag/rosbags.{storage}", env!("CARGO_MANIFEST_DIR"))
+    };
+    let joint = |storage: &str, name: &str| {
+        let words = ["import", "joint", &bag(storage), "--joint", name, "--bundle", storage];
+        words.map(str::to_owned)
+    };
+    for storage in ["db3", "mcap"] {
+        let words = joint(storage, "feed.motor");
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        refused(here, &words, &["the inertia is not known", "--inertia"]);
+        let other = joint(storage, "feed.moto");
+        let other: Vec<&str> = other.iter().map(String::as_str).collect();
+        let inertia = ["--inertia", "0.01"];
+        let missing = ["there is no `feed.moto.position`", "feed.motor"];
+        refused(here, &[&other[..], &inertia].concat(), &missing);
+        assert!(!here.join(storage).exists(), "nothing is written");
+        let said = done(here, &[&words[..], &inertia].concat());
+        assert!(said.contains("13 messages over 0.120 s"), "{said}");
+    }
+    let trial = |storage| fs::read_to_string(here.join(storage).join("trials/000.csv")).unwrap();
+    assert_eq!(trial("db3"), trial("mcap"));
+    assert!(trial("db3").starts_with("t_s,position_rad,drive_command_Nm\n0,0,1.5\n"));
+}
