@@ -348,6 +348,9 @@ pub fn telling<'a>(refits: impl ExactSizeIterator<Item = &'a Refit>) -> Vec<usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::floor::Floor;
+    use crate::plant::Nuisance;
+    use crate::toy::Toy;
 
     const SAMPLES: usize = 200;
 
@@ -379,5 +382,21 @@ mod tests {
         // But for what its prior holds it back.
         let whole = nuisances.scaled(0).component_mul(&refit.root_weight).norm();
         assert!(left.norm() < 0.1 * whole, "{} of {whole}", left.norm());
+    }
+
+    /// A second Gauss–Newton step: along the line at 0 alone, the estimate would be 1.81.
+    #[test]
+    fn a_nuisance_that_is_not_linear_is_found_where_it_is() {
+        let stretched = |i: usize, z: f64| 0.01 * i as f64 * (z + 0.2 * z * z);
+        let measured = (0..SAMPLES).map(|i| stretched(i, 2.0));
+        let mut toy = Toy::new(0.01, 0.01, measured, |i, point| stretched(i, point.nuisances[0]));
+        toy.nuisances = vec![Nuisance { name: "stretch", unit: "1", sd: 1.0, effect: None }];
+        toy.cheap = false;
+        let floor = Floor::of(&toy);
+        let problem = Problem::new(&toy, &floor, &crate::unwatched);
+        let point = Point::nominal(&toy);
+        let base = problem.residuals(&point).unwrap();
+        let found = Nuisances::at(&problem, &point, &base).unwrap().refit(0, &base[0]).estimate[0];
+        assert!((found - 2.0).abs() < 0.05, "{found}");
     }
 }
