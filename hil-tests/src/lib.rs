@@ -5,6 +5,9 @@
 //! in process only. A [`Bench`] is one such device in lock step with a host that seals every frame
 //! correctly unless the test does otherwise.
 //!
+//! A [`real_board::RealBoard`] is a board on a bench, which runs free, and [`Free`] its host. [`places`] says which
+//! promise is shown where.
+//!
 //! A [`lab::Lab`] is the emulated board with a debugger, which puts faults in from outside.
 //!
 //! A [`guest::Guest`] is a Linux machine with CAN, which this computer's kernel may lack.
@@ -18,8 +21,11 @@
 mod bench;
 mod chance;
 mod fixture;
+mod free;
 pub mod guest;
 pub mod lab;
+pub mod places;
+pub mod real_board;
 mod rig;
 mod trial;
 mod watch;
@@ -29,6 +35,7 @@ pub use chance::Chance;
 pub use fixture::{
     EXAMPLE, bundle, guidewire_bundle, image, image_with, program, small_image, strong_image,
 };
+pub use free::{Free, Paced, Plan};
 pub use rig::Rig;
 pub use trial::{drives, estimates, measured, record};
 pub use watch::{LimitWatch, OutputReader};

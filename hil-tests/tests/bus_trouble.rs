@@ -125,56 +125,77 @@ fn patient_status(client: &mut Client<Flooded>, until: Instant) -> Report {
     }
 }
 
-/// As many foreign frames as fill a bus, beside those of master and device, for every tick that is heard,
-/// and a status in between. The board runs free: frames come at any time within a tick.
-#[test]
-#[ignore = "passes on an idle computer only: elsewhere the flooded board answers no status for minutes"]
-fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
-    const TICKS: u32 = 1000;
-    let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");
-    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
-    let lab = &mut client.link_mut().lab;
-    lab.keep_awake();
-    lab.debugger.go_on();
-    client.set_lock_step(false).expect("nothing is armed");
-    client.link_mut().floods = true;
-    let until = Instant::now() + PATIENCE;
-    let reach = |client: &mut Client<Flooded>, command, wanted| loop {
+/// Brings the board, which hears samples, to a mode by a command.
+fn reach(client: &mut Client<Flooded>, until: Instant, command: Command, wanted: Mode) {
+    loop {
         client.command(command).expect("sent");
         let status = patient_status(client, until);
         if Mode::from_codes(status.mode, status.fault) == Some(wanted) {
             break;
         }
         assert!(Instant::now() < until, "{status:?}");
-    };
-    reach(&mut client, Command::SelfTest, Mode::Ready);
-    reach(&mut client, Command::Arm, Mode::Armed);
+    }
+}
+
+/// As many foreign frames as fill a bus, beside those of master and device, for every tick that is heard. The
+/// board runs free: frames come at any time within a tick.
+///
+/// The flooded board is asked nothing, because its tasks starve on a computer that is slow; the worst cases are read
+/// after each round. A computer that is busy for milliseconds also takes samples away from the board, which then
+/// ramps down: such a round is checked all the same, and another one is played for the armed ticks.
+#[test]
+fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
+    const TICKS: u32 = 250;
+    const ARMED_ROUNDS: u32 = 4;
+    const MOST_ROUNDS: u32 = 40;
+    let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");
+    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
+    let lab = &mut client.link_mut().lab;
+    lab.keep_awake();
+    lab.debugger.go_on();
+    client.set_lock_step(false).expect("nothing is armed");
+    client.link_mut().samples = true;
+    let until = Instant::now() + PATIENCE;
+    reach(&mut client, until, Command::SelfTest, Mode::Ready);
+    reach(&mut client, until, Command::Arm, Mode::Armed);
     client.reset_counters().expect("an answer");
     client.link_mut().foreign = 0;
-    client.link_mut().ticks = 0;
-    let status = loop {
+    let (mut armed_rounds, mut rounds, mut worst) = (0, 0, Load::default());
+    while armed_rounds < ARMED_ROUNDS {
+        assert!(
+            rounds < MOST_ROUNDS,
+            "this computer is too busy: {armed_rounds} of {rounds} rounds armed"
+        );
+        client.link_mut().flood(TICKS, until);
+        rounds += 1;
         let status = patient_status(&mut client, until);
         check_load(&status.load);
-        assert_eq!(Mode::from_codes(status.mode, status.fault), Some(Mode::Armed));
-        if client.link().ticks >= TICKS {
-            break status;
+        worst = status.load;
+        let counted = status.counters.get(Counter::Foreign);
+        let sent = client.link().foreign;
+        assert!(counted == sent, "round {rounds}: {counted} foreign frames counted of {sent}");
+        match Mode::from_codes(status.mode, status.fault) {
+            Some(Mode::Armed) => armed_rounds += 1,
+            Some(Mode::Fault { cause }) => {
+                let token = cause.clear_token();
+                reach(&mut client, until, Command::ClearFault { token }, Mode::Boot);
+                reach(&mut client, until, Command::SelfTest, Mode::Ready);
+                reach(&mut client, until, Command::Arm, Mode::Armed);
+            }
+            _ => reach(&mut client, until, Command::Arm, Mode::Armed),
         }
-        assert!(Instant::now() < until, "{} ticks", client.link().ticks);
-    };
-    client.link_mut().floods = false;
-    let counted = patient_status(&mut client, until).counters.get(Counter::Foreign);
-    let Flooded { foreign, ticks, .. } = *client.link();
-    let load = status.load;
+    }
+    let foreign = client.link().foreign;
     // A tick that begins within a count of the timer has no lateness; of a thousand some meet a task that masks
     // them.
-    assert!(load.latest_start_ns > 0, "the lateness is measured: {load:?}");
-    // The counters were reset while some were on their way.
-    assert!(counted >= foreign && counted <= foreign + 20 * FULL_BUS, "{counted}, sent {foreign}");
-
-    println!("figure P10: latest start {} ns on a full bus", load.latest_start_ns);
+    assert!(worst.latest_start_ns > 0, "the lateness is measured: {worst:?}");
+    println!("figure P10: latest start {} ns on a full bus", worst.latest_start_ns);
     println!(
-        "figure P20: {foreign} foreign frames in {ticks} armed ticks of {} instructions, {} missed",
-        load.worst_instructions, load.missed_ticks
+        "figure P20: {foreign} foreign frames in {} ticks, {} of them armed, of {} instructions, {} missed",
+        rounds * TICKS,
+        armed_rounds * TICKS,
+        worst.worst_instructions,
+        worst.missed_ticks
     );
 }
 
@@ -236,6 +257,7 @@ fn p10_neither_saving_an_image_nor_putting_one_to_use_delays_a_tick() {
 struct Flooded {
     lab: Lab,
     sealer: Sealer,
+    samples: bool,
     floods: bool,
     foreign: u32,
     ticks: u32,
@@ -243,7 +265,18 @@ struct Flooded {
 
 impl Flooded {
     fn new(lab: Lab) -> Self {
-        Self { lab, sealer: Sealer::default(), floods: false, foreign: 0, ticks: 0 }
+        let sealer = Sealer::default();
+        Self { lab, sealer, samples: false, floods: false, foreign: 0, ticks: 0 }
+    }
+
+    /// Fills the bus in so many ticks.
+    fn flood(&mut self, ticks: u32, until: Instant) {
+        (self.floods, self.ticks) = (true, 0);
+        while self.ticks < ticks {
+            self.receive(Duration::from_secs(1)).expect("the board runs");
+            assert!(Instant::now() < until, "{} ticks", self.ticks);
+        }
+        self.floods = false;
     }
 
     /// What the bus brings in a tick.
@@ -251,12 +284,12 @@ impl Flooded {
         self.ticks += 1;
         let sample = self.sealer.seal(encoder(START), Status::default());
         self.lab.send(&sample)?;
-        for n in 0..FULL_BUS {
+        for n in 0..if self.floods { FULL_BUS } else { 0 } {
             let id = 0x7F0 + (n % 8) as u16;
             let foreign = Frame::new(id, &[n as u8; 8]).expect("a frame");
             self.lab.send(&foreign)?;
+            self.foreign += 1;
         }
-        self.foreign += FULL_BUS;
         self.lab.flush()
     }
 }
@@ -272,7 +305,7 @@ impl Link for Flooded {
 
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
         let frame = self.lab.receive(timeout)?;
-        if self.floods && frame.is_some_and(|frame| Id::from_raw(frame.id()) == Some(Id::Haptic)) {
+        if self.samples && frame.is_some_and(|frame| Id::from_raw(frame.id()) == Some(Id::Haptic)) {
             self.fill()?;
         }
         Ok(frame)

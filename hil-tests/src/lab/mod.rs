@@ -18,6 +18,7 @@ pub use debugger::Debugger;
 pub use symbols::Symbols;
 
 use crate::Rig;
+use crate::real_board::refuse_on_a_bench;
 
 /// `b .`: an instruction that branches to itself.
 pub const HANG: u16 = 0xE7FE;
@@ -52,6 +53,7 @@ impl Lab {
 
     /// A board that is started otherwise.
     pub fn start_with(options: BoardOptions) -> Self {
+        refuse_on_a_bench("the emulator's debugger, which puts faults in");
         let elf = find_firmware(None).unwrap_or_else(|error| panic!("{error}"));
         let symbols = Symbols::of(&elf);
         let waiting = Debugger::listen();
@@ -144,6 +146,11 @@ impl Rig for Lab {
         let mut lab = Self::start(false);
         lab.debugger.go_on();
         lab
+    }
+
+    fn again(mut self) -> Self {
+        self.reset();
+        self
     }
 }
 

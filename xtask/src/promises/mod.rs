@@ -18,6 +18,9 @@ pub use page::check;
 #[cfg(test)]
 pub use page::ids;
 
+/// Asks the tests for another board than the emulated one (`hil-tests/src/real_board/wiring.rs`).
+const RIG_VARIABLE: &str = "CATHFORCE_RIG";
+
 pub const OPTIONS: [Choice; 3] = [
     Choice {
         name: "json",
@@ -31,6 +34,12 @@ pub const OPTIONS: [Choice; 3] = [
 /// Runs the tests of the promises, prints the table, and fails if a promise is not kept.
 pub fn run(given: &Given) -> anyhow::Result<()> {
     let json = given.path("json")?;
+    if std::env::var_os(RIG_VARIABLE).is_some_and(|rig| rig == "bench") {
+        bail!(
+            "{RIG_VARIABLE}=bench: these tests run on the emulated board, and would not count on another\n  fix: unset \
+             it; docs/how-to/bring-up-a-board.md has the tests for a real board"
+        );
+    }
     check(root())?;
     let promises = wanted(page::promises(root())?, given)?;
     setup::firmware_target(Consent::of(given))?;
