@@ -18,7 +18,7 @@ use cathforce_link::{Hub, Link, LinkError, Sim};
 use super::Wiring;
 
 /// From one tick to the next without a sample.
-const ALONE: Duration = Duration::from_millis(40);
+const ALONE: Duration = Duration::from_millis(100);
 
 /// A device in a thread of its own. It ends with this value.
 pub struct VirtualBoard {
