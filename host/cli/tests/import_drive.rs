@@ -330,4 +330,32 @@ fn a_joint_of_a_bag_becomes_a_trial() {
     let trial = |storage| fs::read_to_string(here.join(storage).join("trials/000.csv")).unwrap();
     assert_eq!(trial("db3"), trial("mcap"));
     assert!(trial("db3").starts_with("t_s,position_rad,drive_command_Nm\n0,0,1.5\n"));
+    // A joint that slides has a mass, and what is added to its bundle slides too.
+    let bag = bag("mcap");
+    let slides = ["import", "joint", &bag, "--joint", "feed.motor", "--bundle", "slide"];
+    done(here, &[&slides[..], &["--mass", "2.5"]].concat());
+    done(here, &slides);
+    let rig = fs::read_to_string(here.join("slide/rig.toml")).unwrap();
+    assert!(rig.contains("moving_mass_kg = 2.5"), "{rig}");
+    for number in ["000", "001"] {
+        let trial = fs::read_to_string(here.join(format!("slide/trials/{number}.csv"))).unwrap();
+        assert!(trial.starts_with("t_s,position_m,drive_command_N\n0,0,1.5\n"), "{trial}");
+    }
+}
+
+#[test]
+fn a_mass_of_a_rotary_axis_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = (0..200).map(|n| format!("{},{},1\n", n as f64 * 1e-3, n as f64 * 1e-2));
+    fs::write(folder.path().join("log.csv"), "t_s,q,u\n".to_owned() + &rows.collect::<String>())
+        .unwrap();
+    let words =
+        ["import", "drive", "log.csv", "--time", "t_s", "--position", "q:rad", "--command", "u:Nm"];
+    let into = ["--bundle", "axis", "--mass", "2.0"];
+    refused(
+        folder.path(),
+        &[&words[..], &into].concat(),
+        &["--mass is of a linear axis", "--inertia"],
+    );
+    assert!(!folder.path().join("axis").exists(), "nothing is written");
 }

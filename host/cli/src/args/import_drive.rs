@@ -17,7 +17,7 @@ pub struct IntoBundle {
     /// Inertia of all that moves, for a new bundle of a rotary axis, in kg·m².
     #[arg(long, value_name = "KG_M2", value_parser = above_zero)]
     pub inertia: Option<f64>,
-    /// Mass of all that moves, for a new bundle of a linear axis, in kg.
+    /// Mass of all that moves, for a new bundle of a linear axis, in kg. A joint with a mass is a prismatic one.
     #[arg(long, value_name = "KG", value_parser = above_zero, conflicts_with = "inertia")]
     pub mass: Option<f64>,
     /// Torque constant of the motor, for amperes and volts, in N·m/A.

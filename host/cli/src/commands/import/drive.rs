@@ -88,14 +88,20 @@ pub fn dynamixel(ui: &Ui, arguments: &ImportDynamixelArguments) -> Result<(), Fa
 }
 
 pub fn joint(ui: &Ui, arguments: &ImportJointArguments) -> Result<(), Failure> {
-    check(&arguments.into)?;
+    // A message does not say whether its joint turns or slides.
+    let own = if arguments.into.mass.is_some() { Axis::Linear } else { Axis::Rotary };
+    let axis = check(&arguments.into)?.unwrap_or(own);
     let signal = |to: &str, field: &str| ColumnMap {
         to: to.to_owned(),
         from: format!("{}:{}.{field}", arguments.topic, arguments.joint),
         factor: 1.0,
         offset: 0.0,
     };
-    let maps = [signal("position_rad", "position"), signal("drive_command_Nm", "effort")];
+    let (position, effort) = match axis {
+        Axis::Linear => ("position_m", "drive_command_N"),
+        Axis::Rotary => ("position_rad", "drive_command_Nm"),
+    };
+    let maps = [signal(position, "position"), signal(effort, "effort")];
     let mut logs = Vec::new();
     for path in &arguments.bags {
         let bag =

@@ -37,8 +37,8 @@ impl Pendulum {
     }
 }
 
-/// Says before the logs are read that the bundle cannot take them.
-pub fn check(into: &IntoBundle) -> Result<(), Failure> {
+/// Says before the logs are read that the bundle cannot take them. Returns the axis of a bundle that is there.
+pub fn check(into: &IntoBundle) -> Result<Option<Axis>, Failure> {
     let folder = &into.bundle;
     let stated = [
         ("--inertia", into.inertia.is_some()),
@@ -57,7 +57,7 @@ pub fn check(into: &IntoBundle) -> Result<(), Failure> {
             );
             return Err(Failure::input(message));
         }
-        return Ok(());
+        return Ok(None);
     }
     let given: Vec<&str> = stated.iter().filter(|(_, is)| *is).map(|(name, _)| *name).collect();
     if !given.is_empty() {
@@ -70,7 +70,7 @@ pub fn check(into: &IntoBundle) -> Result<(), Failure> {
     }
     let bundle = Bundle::open(folder).map_err(Failure::input)?;
     match bundle.rig.plant {
-        Plant::Drive(_) => Ok(()),
+        Plant::Drive(drive) => Ok(Some(drive.axis)),
         _ => Err(Failure::input(format!(
             "{}: it is no bundle of a drive: rig.toml has no plant = \"drive\"\n  fix: give a new folder",
             folder.display()
@@ -183,6 +183,12 @@ fn rig_toml(
     };
     let inertia = stated.ok_or_else(|| {
         usage(match data.axis {
+            Axis::Rotary if into.mass.is_some() => {
+                "--mass is of a linear axis, and the log's is rotary\n  fix: give --inertia, in kg·m², of all that moves"
+            }
+            Axis::Linear if into.inertia.is_some() => {
+                "--inertia is of a rotary axis, and the log's is linear\n  fix: give --mass, in kg, of all that moves"
+            }
             Axis::Rotary => {
                 "it is new, and the inertia is not known\n  fix: give --inertia, in kg·m², of all that moves"
             }
