@@ -37,7 +37,7 @@ pub use fixture::{
 };
 pub use free::{Free, Paced, Plan};
 pub use rig::Rig;
-pub use trial::{drives, estimates, measured, record};
+pub use trial::{Tape, drives, estimates, measured, play_armed, record, steps};
 pub use watch::{LimitWatch, OutputReader};
 
 /// Where a drive is: insertion \[m\], rotation \[rad\].

@@ -9,7 +9,7 @@ use cathforce_bundle::bundle::EncoderReading;
 use cathforce_bus::service::Status as Report;
 use cathforce_bus::{Command, Process};
 use cathforce_control::{Mode, TICK_S};
-use cathforce_link::{Client, Sim, Step};
+use cathforce_link::{Client, Link, Sim, Step};
 use cathforce_recording::{
     Attachments, BusClock, BusFrame, Estimate, Recorder, RunInfo, RunResult, SensorNoise, Trial,
 };
@@ -30,7 +30,7 @@ pub fn drives(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Drive> {
 
 /// Frames that the host sends in each tick of a trial; the operator holds the two buttons in turn for a
 /// second each.
-fn steps(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Step> {
+pub fn steps(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Step> {
     let sample = |at| match bench::encoder(drive(at)) {
         Process::Encoder(sample) => sample,
         other => unreachable!("{other:?} is no sample"),
@@ -92,52 +92,72 @@ pub fn record<R: Rig>(
     client.upload_image(image, |_| ControlFlow::Continue(())).unwrap_or_else(|e| fail(&e));
     client.reset_counters().unwrap_or_else(|e| fail(&e));
 
-    let info = RunInfo {
-        board: client.device().board.clone(),
-        lock_step: true,
-        rig: bundle.rig.name.clone(),
-        tick_s: f64::from(TICK_S),
-        ..RunInfo::default()
-    };
-    let attachments = Attachments { image, rig_toml: "", dbc: "", vessel: &[] };
-    let recorder = Recorder::create(out, &info, attachments).unwrap_or_else(|e| fail(&e));
-    let recorder = Arc::new(Mutex::new(Some(recorder)));
-    let tapped = Arc::clone(&recorder);
-    let mut clock = BusClock::new(true);
-    client.set_tap(Some(Box::new(move |direction, frame, _| {
-        let at_ns = clock.stamp(direction, frame);
-        let frame = BusFrame { at_ns, direction, frame: *frame };
-        let mut recorder = tapped.lock().expect("no panic");
-        recorder.as_mut().expect("recording").frame(&frame, at_ns).expect("written");
-    })));
+    let tape = Tape::start(&mut client, &bundle.rig.name, image, out);
+    play_armed(&mut client, steps(trial));
+    tape.finish(&mut client)
+}
 
-    let mut steps = steps(trial).peekable();
-    let still = *steps.peek().expect("a trial has rows");
-    hold(&mut client, Step { command: Some(Command::SelfTest), ..still }, Mode::Ready);
-    hold(&mut client, Step { command: Some(Command::Arm), ..still }, Mode::Armed);
+/// The bus of a device in lock step while it is recorded.
+pub struct Tape(Arc<Mutex<Option<Recorder>>>);
+
+impl Tape {
+    /// Records from here on what the client sends and hears; `image` is what the device has in use.
+    pub fn start<L: Link>(client: &mut Client<L>, rig: &str, image: &[u8], out: &Path) -> Self {
+        let info = RunInfo {
+            board: client.device().board.clone(),
+            lock_step: true,
+            rig: rig.to_owned(),
+            tick_s: f64::from(TICK_S),
+            ..RunInfo::default()
+        };
+        let attachments = Attachments { image, rig_toml: "", dbc: "", vessel: &[] };
+        let recorder = Recorder::create(out, &info, attachments);
+        let recorder = recorder.unwrap_or_else(|error| panic!("{error}"));
+        let recorder = Arc::new(Mutex::new(Some(recorder)));
+        let tapped = Arc::clone(&recorder);
+        let mut clock = BusClock::new(true);
+        client.set_tap(Some(Box::new(move |direction, frame, _| {
+            let at_ns = clock.stamp(direction, frame);
+            let frame = BusFrame { at_ns, direction, frame: *frame };
+            let mut recorder = tapped.lock().expect("no panic");
+            recorder.as_mut().expect("recording").frame(&frame, at_ns).expect("written");
+        })));
+        Self(recorder)
+    }
+
+    /// Asks the device for its report, and ends the recording with it.
+    pub fn finish<L: Link>(self, client: &mut Client<L>) -> Report {
+        let report = client.status().unwrap_or_else(|error| panic!("{error}"));
+        client.set_tap(None);
+        let result = RunResult {
+            ticks: report.tick,
+            digest: report.digest,
+            missed_ticks: report.load.missed_ticks,
+            worst_instructions: report.load.worst_instructions,
+            ..RunResult::default()
+        };
+        let recorder = self.0.lock().expect("no panic").take().expect("recording");
+        recorder.finish(Some(&result)).unwrap_or_else(|error| panic!("{error}"));
+        report
+    }
+}
+
+/// Tests and arms the device with the drive where the steps begin, and plays them; it stays armed.
+pub fn play_armed<L: Link>(client: &mut Client<L>, steps: impl IntoIterator<Item = Step>) {
+    let mut steps = steps.into_iter().peekable();
+    let still = *steps.peek().expect("there is a step");
+    hold(client, Step { command: Some(Command::SelfTest), ..still }, Mode::Ready);
+    hold(client, Step { command: Some(Command::Arm), ..still }, Mode::Armed);
     let played = client.play(steps, |tick| {
         let mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
         assert_eq!(mode, Some(Mode::Armed), "tick {}", tick.tick);
         ControlFlow::Continue(())
     });
-    played.unwrap_or_else(|e| fail(&e));
-    let report = client.status().unwrap_or_else(|e| fail(&e));
-    client.set_tap(None);
-
-    let result = RunResult {
-        ticks: report.tick,
-        digest: report.digest,
-        missed_ticks: report.load.missed_ticks,
-        worst_instructions: report.load.worst_instructions,
-        ..RunResult::default()
-    };
-    let recorder = recorder.lock().expect("no panic").take().expect("recording");
-    recorder.finish(Some(&result)).unwrap_or_else(|e| fail(&e));
-    report
+    played.unwrap_or_else(|error| panic!("{error}"));
 }
 
 /// Repeats a command every 50 ticks, with the drive at rest, until the device is in `wanted`.
-fn hold<R: Rig>(client: &mut Client<R>, first: Step, wanted: Mode) {
+fn hold<L: Link>(client: &mut Client<L>, first: Step, wanted: Mode) {
     let (mut reached, mut last) = (false, None);
     let steps =
         (0..10_000).map(|n| Step { command: first.command.filter(|_| n % 50 == 0), ..first });
