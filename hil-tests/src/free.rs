@@ -93,7 +93,7 @@ impl<R: Rig> Paced<R> {
             self.rig.send(&frame)?;
         }
         for n in 0..self.plan.foreign {
-            let id = 0x7F0 + (n % 8) as u16;
+            let id = 0x7F0 + n % 8;
             self.rig.send(&Frame::new(id, &[n as u8; 8]).expect("8 bytes"))?;
             self.sent_foreign += 1;
         }

@@ -5,7 +5,9 @@
 
 use std::collections::VecDeque;
 
-use cathforce_bus::{Command, Counter, Counters, Frame, Id, Process, Sync, crc8, slcan};
+use cathforce_bus::{
+    Command, Counter, Counters, EXTENDED, Frame, Id, Process, Sync, crc8, slcan,
+};
 use cathforce_control::Mode;
 use cathforce_hil_tests::{Bench, Chance, Drive, Rig, Tick, encoder, strong_image};
 use cathforce_link::qemu::Qemu;
@@ -15,20 +17,20 @@ const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 const FEED_M: f64 = 20e-6;
 
 /// Ids of protected frames, as listed in the book's page on frames.
-const PROTECTED: [u16; 14] = [
+const PROTECTED: [u32; 14] = [
     0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0,
     0x1C8,
 ];
 /// Ids that the device listens to.
-const OWN: [u16; 6] = [0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110];
-const SERVICE: u16 = 0x600;
+const OWN: [u32; 6] = [0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110];
+const SERVICE: u32 = 0x600;
 
-fn frame(id: u16, data: &[u8]) -> Frame {
+fn frame(id: u32, data: &[u8]) -> Frame {
     Frame::new(id, data).expect("11 bits and 8 bytes")
 }
 
 /// A frame under `id`, one of [`OWN`], that is not valid for it, and the counter that it raises.
-fn broken(chance: &mut Chance, id: u16) -> (Frame, Counter) {
+fn broken(chance: &mut Chance, id: u32) -> (Frame, Counter) {
     let len = if chance.once_in(2) { 8 } else { chance.below(9) as usize };
     let mut data = chance.bytes(len);
     let Ok(whole) = <[u8; 8]>::try_from(&data[..]) else {
@@ -49,8 +51,12 @@ fn broken(chance: &mut Chance, id: u16) -> (Frame, Counter) {
 /// A frame under an id that the device does not listen to.
 fn foreign(chance: &mut Chance) -> Frame {
     loop {
-        let known = chance.once_in(4);
-        let id = if known { chance.pick(&PROTECTED) } else { chance.below(0x800) as u16 };
+        let id = match chance.below(4) {
+            0 => chance.pick(&PROTECTED),
+            // The same number with 29 bits is another identifier.
+            1 => chance.pick(&PROTECTED) | EXTENDED,
+            _ => chance.below(0x800) as u32,
+        };
         if id != SERVICE && !OWN.contains(&id) {
             let len = chance.below(9) as usize;
             return frame(id, &chance.bytes(len));
@@ -337,7 +343,7 @@ fn p03_any_frame_is_counted_once_and_changes_no_bit_in_process() {
 fn p03_any_bytes_between_lines_lose_no_line_after_them() {
     let (mut chance, mut decoder) = (Chance::new(3), slcan::Decoder::default());
     for _ in 0..executions() / 50 {
-        let id = chance.below(0x800) as u16;
+        let id = chance.below(0x800) as u32;
         let len = chance.below(9) as usize;
         let wanted = frame(id, &chance.bytes(len));
         let (noise, counter) = line(&mut chance);
@@ -345,6 +351,9 @@ fn p03_any_bytes_between_lines_lose_no_line_after_them() {
         let [found] = lines[..] else { panic!("{noise:?} is one line, not {lines:?}") };
         match found {
             slcan::Line::Bad(bad) => assert_eq!(Some(bad.counter()), counter, "{noise:?}"),
+            slcan::Line::Frame(frame) if frame.is_extended() => {
+                assert_eq!(counter, Some(Counter::Foreign), "{noise:?}");
+            }
             slcan::Line::Foreign => assert_eq!(counter, Some(Counter::Foreign), "{noise:?}"),
             _ => assert_eq!(counter, None, "{noise:?}"),
         }

@@ -285,7 +285,7 @@ impl Flooded {
         let sample = self.sealer.seal(encoder(START), Status::default());
         self.lab.send(&sample)?;
         for n in 0..if self.floods { FULL_BUS } else { 0 } {
-            let id = 0x7F0 + (n % 8) as u16;
+            let id = 0x7F0 + n % 8;
             let foreign = Frame::new(id, &[n as u8; 8]).expect("a frame");
             self.lab.send(&foreign)?;
             self.foreign += 1;

@@ -44,7 +44,7 @@ impl<R: Rig> Link for Shared<R> {
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         if self.talks && frame.id() == Id::Sync.raw() {
             for n in 0..FOREIGN {
-                let id = 0x7F0 + u16::try_from(n).expect("a few");
+                let id = 0x7F0 + n;
                 self.rig.send(&Frame::new(id, &[n as u8; 8]).expect("8 bytes"))?;
             }
             self.sent_foreign += FOREIGN;

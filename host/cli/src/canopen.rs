@@ -6,9 +6,9 @@
 use cathforce_bus::Id;
 
 /// Nodes of a bus.
-pub const LAST_NODE: u16 = 127;
+pub const LAST_NODE: u32 = 127;
 /// The first identifiers of the objects of nodes, less the node's number, and whether the drive listens.
-const OBJECTS: [(u16, &str, bool); 12] = [
+const OBJECTS: [(u32, &str, bool); 12] = [
     (0x080, "EMCY", false),
     (0x180, "TPDO1", false),
     (0x200, "RPDO1", true),
@@ -24,7 +24,7 @@ const OBJECTS: [(u16, &str, bool); 12] = [
 ];
 
 /// The object of an identifier, and its node.
-pub fn object(id: u16) -> Option<(&'static str, u16)> {
+pub fn object(id: u32) -> Option<(&'static str, u32)> {
     OBJECTS.iter().find_map(|&(base, name, _)| {
         let node = id.checked_sub(base)?;
         (1..=LAST_NODE).contains(&node).then_some((name, node))
@@ -33,8 +33,8 @@ pub fn object(id: u16) -> Option<(&'static str, u16)> {
 
 /// Frames of ours that a node with default identifiers sends too or listens to: each with the node's
 /// object and our name.
-pub fn collisions(node: u16) -> Vec<String> {
-    let of = |&(base, name, listens): &(u16, &'static str, bool)| {
+pub fn collisions(node: u32) -> Vec<String> {
+    let of = |&(base, name, listens): &(u32, &'static str, bool)| {
         let id = base + node;
         let ours = Id::from_raw(id)?;
         let effect = if listens { ", which would command the drive" } else { "" };

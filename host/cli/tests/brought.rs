@@ -311,23 +311,47 @@ fn a_multiplexed_frame_is_a_master() {
     assert!(count("00") > 200 && count("00") == count("01"), "{} {}", count("00"), count("01"));
 }
 
-/// A VESC sends its status with identifiers of 29 bits, which the device does not read.
+/// A VESC sends its status with identifiers of 29 bits.
 #[test]
-fn a_frame_of_29_bits_is_refused_with_the_way_out() {
+fn a_frame_of_29_bits_is_read_by_the_device_and_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    let [dbc, settings] = ["vesc.dbc", "S.toml"].map(|name| folder.path().join(name));
+    let [dbc, settings, out] =
+        ["vesc.dbc", "S.toml", "run.mcap"].map(|name| folder.path().join(name));
     let status = 0x8000_0000_u32 + (16 << 8) + 7;
     let vesc = format!(
         "VERSION \"\"\n\nBU_: VESC\n\nBO_ {status} VESC_Status4: 8 VESC\n \
-         SG_ PID_Pos : 55|16@0- (0.02,0) [0|0] \"deg\" Vector__XXX\n"
+         SG_ PID_Pos : 55|16@0- (0.02,0) [0|0] \"deg\" Vector__XXX\n \
+         SG_ TURN : 7|16@0- (0.02,0) [0|0] \"deg\" Vector__XXX\n"
     );
     fs::write(&dbc, vesc).unwrap();
-    fs::write(&settings, "rig = \"lab\"\n").unwrap();
+    fs::write(&settings, "rig = \"tapered-bifurcation\"\n").unwrap();
     let mut import = command();
     import.args(["config", "import-dbc", text(&dbc), "--settings", text(&settings), "--lead", "5"]);
-    import.args(["--insertion", "VESC_Status4.PID_Pos", "--rotation", "VESC_Status4.PID_Pos"]);
-    assert_fails(&import.output().unwrap(), 3, &["frame with a 29-bit identifier", "a gateway"]);
-    assert_eq!(fs::read_to_string(&settings).unwrap(), "rig = \"lab\"\n");
+    import.args(["--insertion", "VESC_Status4.PID_Pos", "--rotation", "VESC_Status4.TURN"]);
+    let output = import.output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let written = fs::read_to_string(&settings).unwrap();
+    assert!(written.contains("id = 0x00001007\nextended = true\n"), "{written}");
+    let example = support::example();
+    let mut simulate = command();
+    simulate.args(["simulate", text(&example), "--cell", "3", "--duration", "0.2"]);
+    simulate.args(["--settings", text(&settings), "--out", text(&out)]);
+    let run = simulate.output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let check = cathforce(["check", text(&out)]);
+    assert!(check.status.success(), "{}", stderr(&check));
+    // Logs have such frames too, and are read back with the settings that describe them.
+    let log = folder.path().join("run.log");
+    assert!(cathforce(["export", text(&out), "--candump", text(&log)]).status.success());
+    let frames = fs::read_to_string(&log).unwrap().matches(" 00001007#").count();
+    assert!(frames > 200, "{frames} frames of the master");
+    let again = folder.path().join("again.mcap");
+    let mut import = command();
+    import.args(["import", "can", text(&log), "--bundle", text(&example), "--cell", "3"]);
+    import.args(["--settings", text(&settings), "--out", text(&again)]);
+    let output = import.output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(cathforce(["check", text(&again)]).status.success());
 }
 
 /// JSON has no word for such a name; it is no reason to break off.

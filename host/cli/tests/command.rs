@@ -285,7 +285,7 @@ fn one_flipped_bit_is_found_and_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("flipped.mcap");
     altered(&file, |recording| {
-        let contact = |id: u16| Id::from_raw(id) == Some(Id::Contact);
+        let contact = |id: u32| Id::from_raw(id) == Some(Id::Contact);
         let mut contacts = recording.frames.iter_mut().filter(|f| contact(f.frame.id()));
         let frame = contacts.nth(400).unwrap();
         let mut data = frame.frame.data().to_vec();
@@ -320,7 +320,7 @@ fn a_frame_that_did_not_reach_the_device_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("missing.mcap");
     altered(&file, |recording| {
-        let encoder = |id: u16| Id::from_raw(id) == Some(Id::Encoder);
+        let encoder = |id: u32| Id::from_raw(id) == Some(Id::Encoder);
         let moving = recording.frames.len() - 300;
         let place = recording.frames[moving..].iter().position(|f| encoder(f.frame.id())).unwrap();
         assert_eq!(recording.frames[moving + place].direction, Direction::ToDevice);

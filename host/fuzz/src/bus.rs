@@ -5,7 +5,7 @@ use std::time::Duration;
 use cathforce_bus::master::{Collector, Drive, Master, Place, Selector, Signal};
 use cathforce_bus::service::{self, HostEndpoint, Request, Response};
 use cathforce_bus::slcan::{Decoder, Line};
-use cathforce_bus::{Counter, Counters, Frame, Id, Process, crc8};
+use cathforce_bus::{Counter, Counters, EXTENDED, Frame, Id, Process, crc8};
 use cathforce_device::ControlLoop;
 use cathforce_link::{Link as _, Sim};
 
@@ -31,7 +31,9 @@ impl Bytes<'_> {
 /// A frame: identifier, length and checksum as they come, or the checksum put right.
 pub fn frame(bytes: &mut Bytes<'_>) -> Option<Frame> {
     let [low, high, len] = bytes.array();
-    let id = u16::from_le_bytes([low, high & 0x7]);
+    // Some have 29 bits, of which these are the lowest.
+    let mark = if high & 0x40 != 0 { EXTENDED } else { 0 };
+    let id = u32::from(u16::from_le_bytes([low, high & 0x7])) | mark;
     let mut data: [u8; 8] = bytes.array();
     if high & 0x80 != 0 {
         let [body @ .., _] = data;
@@ -136,7 +138,9 @@ pub fn master(data: &[u8]) {
             let [start_bit, bits, value] = bytes.array();
             Selector { start_bit, bits, big_endian, value: value.into() }
         });
-        (Place { id: u16::from_le_bytes([low, high]), signal, selector }, flags)
+        let mark = if flags & 128 != 0 { EXTENDED } else { 0 };
+        let id = u32::from(u16::from_le_bytes([low, high])) | mark;
+        (Place { id, signal, selector }, flags)
     };
     let (insertion, flags) = place();
     let (rotation, _) = place();

@@ -170,11 +170,11 @@ fn foreign(master: &Master, step: Step) -> Vec<Frame> {
         (master.catheter, step.encoder, !step.guidewire_held),
         (master.guidewire, step.guidewire, step.guidewire_held),
     ];
-    let mut frames = Vec::<(u16, Option<Selector>, [u8; 8])>::new();
+    let mut frames = Vec::<(u32, Option<Selector>, [u8; 8])>::new();
     let mut put = |place: Option<Place>, value: f64| {
         let Some(Place { id, signal, selector }) = place else { return };
         // What every frame of an identifier holds comes along with what some hold.
-        let shares = |known: &(u16, Option<Selector>, _)| {
+        let shares = |known: &(u32, Option<Selector>, _)| {
             known.0 == id && (known.1 == selector || known.1.is_none() || selector.is_none())
         };
         let at = frames.iter().position(shares).unwrap_or_else(|| {

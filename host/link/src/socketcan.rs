@@ -4,9 +4,10 @@ use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use cathforce_bus::Frame;
+use cathforce_bus::{EXTENDED, Frame, MAX_EXTENDED_ID};
 use socketcan::{
-    CanFrame, CanSocket, EmbeddedFrame, Frame as _, Socket, SocketOptions, StandardId,
+    CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Frame as _, Id as CanId, Socket, SocketOptions,
+    StandardId,
 };
 
 use crate::reader::{READ_TIMEOUT, Reader, is_timeout};
@@ -63,7 +64,7 @@ impl SocketCan {
         let socket = Arc::new(socket);
         let source = Arc::clone(&socket);
         let reader = Reader::spawn(move || match source.read_frame_with_timestamp() {
-            Ok((frame, at)) => Ok(ours(&frame).map(|frame| (frame, at)).into_iter().collect()),
+            Ok((frame, at)) => Ok(taken(&frame).map(|frame| (frame, at)).into_iter().collect()),
             Err(e) if is_timeout(&e) => Ok(Vec::new()),
             Err(e) => Err(e),
         });
@@ -81,20 +82,25 @@ impl SocketCan {
     }
 }
 
-/// Data frames with an 11-bit identifier.
-fn ours(frame: &CanFrame) -> Option<Frame> {
-    match frame {
-        CanFrame::Data(data) if data.is_standard() => {
-            Frame::new(u16::try_from(data.raw_id()).ok()?, data.data())
-        }
-        _ => None,
+/// Data frames, with identifiers of 11 and 29 bits.
+fn taken(frame: &CanFrame) -> Option<Frame> {
+    let CanFrame::Data(data) = frame else { return None };
+    let mark = if data.is_extended() { EXTENDED } else { 0 };
+    Frame::new(data.raw_id() | mark, data.data())
+}
+
+/// The identifier as the socket has it.
+fn socket_id(frame: &Frame) -> Option<CanId> {
+    let raw = frame.id() & MAX_EXTENDED_ID;
+    match frame.is_extended() {
+        true => ExtendedId::new(raw).map(CanId::Extended),
+        false => StandardId::new(u16::try_from(raw).ok()?).map(CanId::Standard),
     }
 }
 
 impl Link for SocketCan {
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        let id = StandardId::new(frame.id());
-        let Some(raw) = id.and_then(|id| CanFrame::new(id, frame.data())) else {
+        let Some(raw) = socket_id(frame).and_then(|id| CanFrame::new(id, frame.data())) else {
             let unfit = io::Error::new(io::ErrorKind::InvalidInput, "not a classic CAN frame");
             return Err(self.error(unfit));
         };

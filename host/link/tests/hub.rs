@@ -22,7 +22,7 @@ fn join(address: &str) -> Slcan {
     Slcan::connect("member", address).unwrap()
 }
 
-fn frame(id: u16, number: u32) -> Frame {
+fn frame(id: u32, number: u32) -> Frame {
     Frame::new(id, &number.to_be_bytes()).unwrap()
 }
 

@@ -18,7 +18,7 @@ pub struct CandumpLog {
     pub frames: Vec<BusFrame>,
     /// Time of the first frame as the log states it \[ns\].
     pub started_ns: u64,
-    /// Frames of other senders: extended, remote, CAN FD, or of no identifier of ours.
+    /// Frames of other senders: remote, CAN FD, or of no identifier of ours.
     pub foreign: usize,
     /// Where the device began its ticks again.
     pub second_run: Option<SecondRun>,

@@ -7,7 +7,7 @@
 //! too slow to carry.
 
 use cathforce_bus::master::Collector;
-use cathforce_bus::{Direction, Encoder, Frame, Id, Process};
+use cathforce_bus::{Direction, Encoder, Frame, Id, IdDigits, Process};
 use cathforce_config::image::{self, ImageError};
 use cathforce_control::{Config, HapticSource, Outputs};
 use cathforce_device::ControlLoop;
@@ -267,12 +267,12 @@ impl ReplayReport {
 }
 
 /// Identifier, length and data as one block of bits.
-fn block(frame: &Frame) -> [u8; 11] {
-    let mut block = [0; 11];
+fn block(frame: &Frame) -> [u8; 13] {
+    let mut block = [0; 13];
     let data = frame.data();
-    block[..2].copy_from_slice(&frame.id().to_le_bytes());
-    block[2] = data.len() as u8;
-    block[3..3 + data.len()].copy_from_slice(data);
+    block[..4].copy_from_slice(&frame.id().to_le_bytes());
+    block[4] = data.len() as u8;
+    block[5..5 + data.len()].copy_from_slice(data);
     block
 }
 
@@ -284,13 +284,14 @@ fn differing_bits(a: &Frame, b: &Frame) -> u64 {
 /// Name of the first byte that differs.
 fn field(recorded: &Frame, replayed: &Frame) -> String {
     if recorded.id() != replayed.id() {
-        return format!("identifier, {:#05x} for {:#05x}", recorded.id(), replayed.id());
+        let [was, is] = [recorded, replayed].map(|frame| IdDigits(frame.id()));
+        return format!("identifier, {was} for {is}");
     }
     let name = Id::from_raw(recorded.id()).map_or("?".to_owned(), |id| format!("{id:?}"));
     let (a, b) = (block(recorded), block(replayed));
-    match (2..11).find(|&i| a[i] != b[i]) {
-        Some(2) | None => format!("{name} length"),
-        Some(i) => format!("{name} byte {}", i - 3),
+    match (4..13).find(|&i| a[i] != b[i]) {
+        Some(4) | None => format!("{name} length"),
+        Some(i) => format!("{name} byte {}", i - 5),
     }
 }
 
@@ -298,7 +299,7 @@ fn field(recorded: &Frame, replayed: &Frame) -> String {
 mod tests {
     use super::*;
 
-    fn frame(id: u16, data: &[u8]) -> Frame {
+    fn frame(id: u32, data: &[u8]) -> Frame {
         Frame::new(id, data).unwrap()
     }
 

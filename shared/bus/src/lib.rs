@@ -31,7 +31,7 @@ pub use codes::{
     Position, Rotation,
 };
 pub use counters::{Counter, Counters};
-pub use frame::{Direction, Frame, MAX_ID};
+pub use frame::{Direction, EXTENDED, Frame, IdDigits, MAX_EXTENDED_ID, MAX_ID, is_id};
 pub use process::{
     Band, Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Heartbeat, Id,
     MAX_NODES, MODE_UNCONFIGURED, NextCounters, NodeForce, Process, Shape, Sync, TENDON_PAIRS,

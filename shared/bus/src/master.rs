@@ -9,7 +9,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::process::Id;
-use crate::{Counter, Frame, MAX_ID};
+use crate::frame::is_id;
+use crate::{Counter, Frame};
 
 /// A quantity in a frame: raw value × scale + offset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,8 +44,8 @@ pub struct Selector {
 /// A quantity, and the frame that contains it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Place {
-    /// 11-bit identifier; any number of quantities may share one.
-    pub id: u16,
+    /// Identifier, with [`EXTENDED`](crate::EXTENDED) added if it has 29 bits; any number of quantities may share one.
+    pub id: u32,
     pub signal: Signal,
     /// `None`: every frame of this identifier holds it.
     pub selector: Option<Selector>,
@@ -76,7 +77,7 @@ pub struct Master {
 /// Why a master's frames are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MasterError {
-    /// An identifier with more than 11 bits, or one that this protocol uses itself.
+    /// No identifier of a frame, or one that this protocol uses itself.
     Id,
     /// Not 1 to 32 bits, or not within 8 bytes.
     Bits,
@@ -93,7 +94,7 @@ pub enum MasterError {
 impl MasterError {
     pub const fn text(self) -> &'static str {
         match self {
-            Self::Id => "the identifier has more than 11 bits or is one of cathforce's own",
+            Self::Id => "the identifier has more than 29 bits, or 11 without the mark of 29, or is one of cathforce's own",
             Self::Bits => "a signal must have 1 to 32 bits within 8 bytes",
             Self::Float => "a floating-point number must have 32 bits",
             Self::Scale => "a scale must be finite and not 0, an offset finite",
@@ -229,7 +230,7 @@ impl Place {
         // The identifiers of ENCODER and GUIDEWIRE are free, because these frames are replaced.
         let is_taken =
             Id::from_raw(self.id).is_some_and(|id| !matches!(id, Id::Encoder | Id::Guidewire));
-        if self.id > MAX_ID || is_taken {
+        if !is_id(self.id) || is_taken {
             return Err(MasterError::Id);
         }
         self.signal.validate()?;
@@ -269,7 +270,7 @@ impl Master {
     }
 
     /// Frames of this identifier contain a quantity described here.
-    pub fn has(&self, id: u16) -> bool {
+    pub fn has(&self, id: u32) -> bool {
         self.places().any(|place| place.id == id)
     }
 
@@ -493,7 +494,7 @@ mod tests {
         let master = Master { catheter: Some(drive), guidewire: None, grip };
         assert_eq!((master.validate(), master.frames()), (Ok(()), 3));
         let mut collector = Collector::new(master);
-        let mut take = |id: u16, data: &[u8]| {
+        let mut take = |id: u32, data: &[u8]| {
             let taken = collector.take(&Frame::new(id, data).unwrap());
             (taken, collector.catheter())
         };

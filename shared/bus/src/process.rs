@@ -11,9 +11,9 @@ pub const MAX_NODES: u8 = 64;
 /// TENDONS frames; each states two tendons.
 pub const TENDON_PAIRS: u8 = 2;
 
-const TENDONS: u16 = 0x10A;
-const SHAPE: u16 = 0x200;
-const FORCE: u16 = 0x280;
+const TENDONS: u32 = 0x10A;
+const SHAPE: u32 = 0x200;
+const FORCE: u32 = 0x280;
 
 /// Process frames that the host sends.
 pub const FROM_HOST: [Id; 6] =
@@ -51,7 +51,7 @@ pub enum Id {
 
 impl Id {
     /// `None` for identifiers that are not ours.
-    pub fn from_raw(raw: u16) -> Option<Self> {
+    pub fn from_raw(raw: u32) -> Option<Self> {
         let node = (raw & 0x7F) as u8;
         Some(match raw {
             0x080 => Self::Sync,
@@ -77,12 +77,12 @@ impl Id {
     }
 
     /// The 11-bit identifier.
-    pub const fn raw(self) -> u16 {
+    pub const fn raw(self) -> u32 {
         match self {
             Self::Sync => 0x080,
             Self::Encoder => 0x100,
             Self::Guidewire => 0x108,
-            Self::Tendons(pair) => TENDONS + pair as u16,
+            Self::Tendons(pair) => TENDONS + pair as u32,
             Self::Command => 0x110,
             Self::Haptic => 0x180,
             Self::Contact => 0x190,
@@ -92,8 +92,8 @@ impl Id {
             Self::GuidewireDrive => 0x1B8,
             Self::Band => 0x1C0,
             Self::Heartbeat => 0x1C8,
-            Self::Shape(node) => SHAPE + node as u16,
-            Self::Force(node) => FORCE + node as u16,
+            Self::Shape(node) => SHAPE + node as u32,
+            Self::Force(node) => FORCE + node as u32,
             Self::ServiceResponse => 0x580,
             Self::ServiceRequest => 0x600,
         }
@@ -466,7 +466,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_decodes_encodes_to_the_same_bytes(raw in 0u16..=0x7FF, payload: [u8; 6]) {
+        fn what_decodes_encodes_to_the_same_bytes(raw in 0u32..=0x7FF, payload: [u8; 6]) {
             if let Some(process) = Id::from_raw(raw).and_then(|id| Process::decode(id, payload)) {
                 prop_assert_eq!(process.id().raw(), raw);
                 prop_assert_eq!(process.payload(), payload);

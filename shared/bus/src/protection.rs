@@ -12,10 +12,10 @@ use crate::{Counter, Counters, Frame};
 
 const CRC8: crc::Crc<u8, crc::Table<1>> = crc::Crc::<u8, crc::Table<1>>::new(&crc::CRC_8_SAE_J1850);
 
-/// CRC of a process frame, over id and bytes 0 to 6.
-pub fn crc8(id: u16, body: [u8; 7]) -> u8 {
+/// CRC of a process frame, over its id, which has 11 bits, and bytes 0 to 6.
+pub fn crc8(id: u32, body: [u8; 7]) -> u8 {
     let mut digest = CRC8.digest();
-    digest.update(&id.to_le_bytes());
+    digest.update(&(id as u16).to_le_bytes());
     digest.update(&body);
     digest.finalize()
 }
@@ -272,7 +272,7 @@ mod tests {
     #[test]
     fn crc_is_that_of_the_catalogue() {
         // The check value of CRC-8/SAE-J1850 is over "123456789".
-        assert_eq!(crc8(u16::from_le_bytes(*b"12"), *b"3456789"), 0x4B);
+        assert_eq!(crc8(u16::from_le_bytes(*b"12").into(), *b"3456789"), 0x4B);
     }
 
     #[test]
@@ -398,7 +398,7 @@ mod tests {
         /// but the count.
         #[test]
         fn p03_any_frame_is_counted_once(
-            frames in prop::collection::vec((0u16..=0x7FF, prop::collection::vec(any::<u8>(), 0..=8)), 0..64)
+            frames in prop::collection::vec((0u32..=0x7FF, prop::collection::vec(any::<u8>(), 0..=8)), 0..64)
         ) {
             let (mut protection, mut counters) = (Protection::default(), Counters::default());
             let mut received = 0;
@@ -414,7 +414,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_sealed_is_received(raw in 0u16..=0x7FF, payload: [u8; 6], unresolved: bool, limited: bool) {
+        fn what_is_sealed_is_received(raw in 0u32..=0x7FF, payload: [u8; 6], unresolved: bool, limited: bool) {
             let decoded = Id::from_raw(raw).and_then(|id| Some((id, Process::decode(id, payload)?)));
             if let Some((id, process)) = decoded {
                 let status = Status { unresolved, limited, last: unresolved, hand: limited };

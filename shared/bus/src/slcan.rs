@@ -1,6 +1,6 @@
 //! SLCAN: CAN frames as lines of text, over a UART or a socket.
 //!
-//! Lines end in a carriage return. `t` and `T` are data frames with 11- and 29-bit ids, `r` and `R`
+//! Lines end in a carriage return. `t` and `T` are data frames with ids of 11 and 29 bits, `r` and `R`
 //! remote frames, `O` opens, `L` listens only, `C` closes, `S0`–`S8` set the bit rate. The device
 //! answers `O`, `L`, `C`, `S` with a carriage return, and unknown commands with a bell. It does not
 //! acknowledge frames: they are protected end to end, and acknowledgements would double the traffic.
@@ -10,7 +10,7 @@
 
 use heapless::Vec;
 
-use crate::{Counter, Frame};
+use crate::{Counter, EXTENDED, Frame, MAX_EXTENDED_ID};
 
 /// Longest line: `T`, 8 digits of id, 1 of length, 16 of data, 4 of a time stamp.
 pub const MAX_LINE: usize = 30;
@@ -24,9 +24,9 @@ pub const REOPEN: &[u8] = b"C\rS8\rO\r";
 /// Meaning of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
-    /// A data frame with an 11-bit id.
+    /// A data frame.
     Frame(Frame),
-    /// A frame that cannot be ours: with a 29-bit id, or remote.
+    /// A remote frame, which this protocol has not.
     Foreign,
     /// `O` or `L`: open the channel.
     Open,
@@ -105,9 +105,9 @@ fn parse(line: &[u8]) -> Line {
     };
     match (command, rest) {
         (b't', _) => data_frame(rest, 3).map_or(Line::Bad(BadLine::Broken), Line::Frame),
-        (b'T', _) if is_frame(rest, 8, true) => Line::Foreign,
-        (b'r', _) if is_frame(rest, 3, false) => Line::Foreign,
-        (b'R', _) if is_frame(rest, 8, false) => Line::Foreign,
+        (b'T', _) => data_frame(rest, 8).map_or(Line::Bad(BadLine::Broken), Line::Frame),
+        (b'r', _) if is_remote(rest, 3) => Line::Foreign,
+        (b'R', _) if is_remote(rest, 8) => Line::Foreign,
         (b'O' | b'L', []) => Line::Open,
         (b'C', []) => Line::Close,
         (b'S', [preset @ b'0'..=b'8']) => Line::BitRate(preset - b'0'),
@@ -117,14 +117,14 @@ fn parse(line: &[u8]) -> Line {
         {
             Line::BusOff(*state == b'b')
         }
-        (b'T' | b'r' | b'R' | b'O' | b'L' | b'C' | b'S' | b's' | b'z' | b'Z', _) => {
+        (b'r' | b'R' | b'O' | b'L' | b'C' | b'S' | b's' | b'z' | b'Z', _) => {
             Line::Bad(BadLine::Broken)
         }
         _ => Line::Bad(BadLine::Unknown),
     }
 }
 
-/// Parses id, length, data, and an optional time stamp of 4 digits.
+/// Parses id, length, data, and an optional time stamp of 4 digits. An id of 8 digits is one of 29 bits.
 fn data_frame(digits: &[u8], id_digits: usize) -> Option<Frame> {
     let (id, rest) = digits.split_at_checked(id_digits)?;
     let (&len, rest) = rest.split_first()?;
@@ -132,9 +132,13 @@ fn data_frame(digits: &[u8], id_digits: usize) -> Option<Frame> {
     if !(stamp.is_empty() || stamp.len() == 4 && stamp.iter().all(|&d| hex(d).is_some())) {
         return None;
     }
-    let mut id_value = 0u16;
+    let mut id_value = 0;
     for &digit in id {
-        id_value = id_value << 4 | u16::from(hex(digit)?);
+        id_value = id_value << 4 | u32::from(hex(digit)?);
+    }
+    if id_digits == 8 {
+        // What does not fit into 29 bits is no frame, with the mark or without it.
+        id_value = (id_value <= MAX_EXTENDED_ID).then_some(id_value | EXTENDED)?;
     }
     let mut bytes = Vec::<u8, 8>::new();
     let (pairs, _) = data.as_chunks::<2>();
@@ -144,14 +148,13 @@ fn data_frame(digits: &[u8], id_digits: usize) -> Option<Frame> {
     Frame::new(id_value, &bytes)
 }
 
-/// Checks the syntax of a frame that is not parsed.
-fn is_frame(digits: &[u8], id_digits: usize, has_data: bool) -> bool {
+/// Checks the syntax of a remote frame, which has no data.
+fn is_remote(digits: &[u8], id_digits: usize) -> bool {
     let Some((&len, rest)) = digits.get(id_digits..).and_then(<[u8]>::split_first) else {
         return false;
     };
-    let Some(len) = hex(len).filter(|&len| len <= 8) else { return false };
-    let data = if has_data { 2 * usize::from(len) } else { 0 };
-    (rest.len() == data || rest.len() == data + 4) && digits.iter().all(|&d| hex(d).is_some())
+    let has_length = hex(len).is_some_and(|len| len <= 8);
+    has_length && matches!(rest.len(), 0 | 4) && digits.iter().all(|&d| hex(d).is_some())
 }
 
 fn hex(digit: u8) -> Option<u8> {
@@ -169,17 +172,21 @@ pub fn encode(frame: &Frame) -> Vec<u8, MAX_LINE> {
         let value = value & 0xF;
         if value < 10 { b'0' + value } else { b'A' + value - 10 }
     };
-    let [high, low] = frame.id().to_be_bytes();
-    let head = [b't', digit(high), digit(low >> 4), digit(low), digit(frame.data().len() as u8)];
+    let (command, digits) = if frame.is_extended() { (b'T', 8) } else { (b't', 3) };
+    let id = frame.id() & MAX_EXTENDED_ID;
+    let id = (0..digits).rev().map(|place| digit((id >> (4 * place)) as u8));
+    let length = digit(frame.data().len() as u8);
     let data = frame.data().iter().flat_map(|&byte| [digit(byte >> 4), digit(byte)]);
-    // Always fits: there are at most 5 + 16 + 1 characters.
-    head.into_iter().chain(data).chain([b'\r']).take(MAX_LINE).collect()
+    // Always fits: there are at most 1 + 8 + 1 + 16 + 1 characters.
+    let line = [command].into_iter().chain(id).chain([length]).chain(data).chain([b'\r']);
+    line.take(MAX_LINE).collect()
 }
 
 #[cfg(test)]
 mod tests {
     extern crate std;
     use super::*;
+    use crate::MAX_ID;
     use proptest::prelude::*;
     use std::vec::Vec as StdVec;
 
@@ -194,7 +201,8 @@ mod tests {
         assert_eq!(lines(b"C\rS8\rO\r"), [Line::Close, Line::BitRate(8), Line::Open]);
         assert_eq!(lines(b"t1002abCD\r"), [frame(0x100, &[0xAB, 0xCD])]);
         assert_eq!(lines(b"t1000\r\nt7FF11212ab\r"), [frame(0x100, &[]), frame(0x7FF, &[0x12])]);
-        assert_eq!(lines(b"T000001002ABCD\rr1004\rR000001008\r"), [Line::Foreign; 3]);
+        assert_eq!(lines(b"T000001002ABCD\r"), [frame(EXTENDED | 0x100, &[0xAB, 0xCD])]);
+        assert_eq!(lines(b"r1004\rR000001008\r"), [Line::Foreign; 2]);
         assert_eq!(lines(b"\rz\r\x07"), [Line::Done, Line::Done, Line::Error]);
         let states = [b'b', b'a', b'w', b'p'].map(|state| {
             let line = [&[b's', state][..], b"128256\r"].concat();
@@ -222,6 +230,9 @@ mod tests {
             b"t8000\r",
             b"tzzz0\r",
             b"T0000010\r",
+            b"T200000000\r",
+            b"T800001000\r",
+            b"r10041122\x31\r",
             b"S9\r",
             b"Oh\r",
             b"sb12825\r",
@@ -248,7 +259,9 @@ mod tests {
 
         #[test]
         fn a_frame_survives_in_any_pieces_after_any_garbage(
-            garbage: StdVec<u8>, id in 0u16..=0x7FF, data in prop::collection::vec(any::<u8>(), 0..=8)
+            garbage: StdVec<u8>,
+            id in prop_oneof![0..=MAX_ID, EXTENDED..=EXTENDED | MAX_EXTENDED_ID],
+            data in prop::collection::vec(any::<u8>(), 0..=8)
         ) {
             let frame = Frame::new(id, &data).unwrap();
             let mut bytes = garbage;

@@ -28,7 +28,7 @@ pub struct BadLength;
 /// Both directions of one connection: receives messages of up to `RX` bytes, sends up to `TX` bytes.
 #[derive(Clone, Debug)]
 pub struct Endpoint<const RX: usize, const TX: usize> {
-    send_id: u16,
+    send_id: u32,
     block_size: u8,
     receiving: Receiving,
     inbox: Vec<u8, RX>,
@@ -70,7 +70,7 @@ const OVERFLOW: u8 = 2;
 impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
     /// `send_id`: identifier of every sent frame. `block_size`: number of segments that fit into the own
     /// frame queue; 0 for any number.
-    pub fn new(send_id: u16, block_size: u8) -> Self {
+    pub fn new(send_id: u32, block_size: u8) -> Self {
         Self {
             send_id,
             block_size,

@@ -28,7 +28,7 @@ fn read(signal: &Signal, frame: &Frame) -> f64 {
 }
 
 fn message(dbc: &Dbc, id: Id) -> &Message {
-    let key = MessageId::Standard(id.raw());
+    let key = MessageId::Standard(id.raw() as u16);
     dbc.messages.iter().find(|m| m.id == key).unwrap_or_else(|| panic!("{id:?} is missing"))
 }
 
@@ -63,7 +63,7 @@ fn no_two_signals_of_a_frame_overlap() {
 fn codes_have_names() {
     let dbc = dbc();
     let names = |id: Id, signal| {
-        let key = MessageId::Standard(id.raw());
+        let key = MessageId::Standard(id.raw() as u16);
         let values = dbc.value_descriptions_for_signal(key, signal).unwrap();
         values.iter().map(|v| (v.id, v.description.clone())).collect::<Vec<_>>()
     };

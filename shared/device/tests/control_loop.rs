@@ -3,7 +3,7 @@
 mod support;
 
 use cathforce_bus::{
-    BandWidth, Command, Counter, Encoder, Frame, Heartbeat, Id, Insertion, MODE_UNCONFIGURED,
+    BandWidth, Command, Counter, EXTENDED, Encoder, Frame, Heartbeat, Id, Insertion, MODE_UNCONFIGURED,
     Process, Protection, Rotation, Sealer, Sync,
 };
 use cathforce_config::image;
@@ -110,7 +110,7 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
     while !bench.control_loop.ticks().is_multiple_of(5) {
         bench.tick(None);
     }
-    let nodes = bench.control_loop.state().mechanics().nodes() as u16;
+    let nodes = bench.control_loop.state().mechanics().nodes() as u32;
     assert!(nodes > 3);
     let mut shown = Vec::new();
     for _ in 0..=nodes {
@@ -126,7 +126,7 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
         shown.push(shape - 0x200);
     }
     let first = shown[0];
-    let expected: Vec<u16> = (0..=nodes).map(|i| (first + i) % nodes).collect();
+    let expected: Vec<u32> = (0..=nodes).map(|i| (first + i) % nodes).collect();
     assert_eq!(shown, expected);
 }
 
@@ -340,7 +340,7 @@ proptest! {
     /// P03: any bytes under any id change only one counter.
     #[test]
     fn p03_foreign_and_broken_frames_are_counted_and_change_nothing(
-        noise in prop::collection::vec((0u16..=0x7FF, prop::collection::vec(any::<u8>(), 0..=8)), 0..200),
+        noise in prop::collection::vec((0u32..=0x7FF, prop::collection::vec(any::<u8>(), 0..=8)), 0..200),
     ) {
         let image = support::image();
         let config = image::decode(&image).unwrap();
@@ -406,8 +406,11 @@ fn p20_a_bus_full_of_foreign_frames_changes_no_bit() {
             id = (id + 1) % 0x800;
             if Id::from_raw(id).is_none() {
                 flooded.control_loop.on_frame(&Frame::new(id, &[]).unwrap());
+            } else if id % 2 == 0 {
+                // The same number with 29 bits is another identifier.
+                flooded.control_loop.on_frame(&Frame::new(id | EXTENDED, &[]).unwrap());
             } else {
-                // Remote frames and those with 29 bits are told apart by the carrier.
+                // Remote frames are told apart by the carrier.
                 flooded.control_loop.on_foreign();
             }
         }

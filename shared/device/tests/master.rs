@@ -10,11 +10,11 @@ use cathforce_config::image;
 use cathforce_control::{Fault, HapticSource, LimitFlags, Mode};
 use cathforce_device::{ControlLoop, TickFrames};
 
-const ID: u16 = 0x2C1;
+const ID: u32 = 0x2C1;
 const TICKS: u32 = 400;
 
 /// The catheter's drive with the codes of ENCODER, at other positions in other frames.
-fn drive(rotation_id: u16) -> Drive {
+fn drive(rotation_id: u32) -> Drive {
     let little = |id, start_bit, signed, scale| Place {
         selector: None,
         id,

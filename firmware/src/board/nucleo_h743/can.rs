@@ -1,14 +1,14 @@
 //! The bus: FDCAN1 with classic frames at 1 Mbit/s.
 //!
 //! The controller has two queues of three frames. Those of the host have one for themselves, so that foreign
-//! frames cannot fill it while a tick runs; frames with 29-bit identifiers and remote frames are rejected by the
-//! controller. An interrupt below the tick moves them into a ring.
+//! frames, with identifiers of 11 or 29 bits, cannot fill it while a tick runs. The controller rejects remote
+//! frames. An interrupt below the tick moves frames into a ring.
 
 use core::future::poll_fn;
 use core::task::Poll;
 
 use cathforce_bus::slcan::Line;
-use cathforce_bus::{FROM_HOST, Frame, Id};
+use cathforce_bus::{EXTENDED, FROM_HOST, Frame, Id};
 use embassy_stm32::can::config::{GlobalFilter, NonMatchingFilter};
 use embassy_stm32::can::filter::{Action, Filter, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::frame::Envelope;
@@ -68,7 +68,7 @@ pub fn start(
     can.set_bitrate(BIT_RATE);
     let filter = GlobalFilter {
         handle_standard_frames: NonMatchingFilter::IntoRxFifo1,
-        handle_extended_frames: NonMatchingFilter::Reject,
+        handle_extended_frames: NonMatchingFilter::IntoRxFifo1,
         reject_remote_standard_frames: true,
         reject_remote_extended_frames: true,
     };
@@ -76,7 +76,7 @@ pub fn start(
     can.set_config(config);
     let of_host = FROM_HOST.into_iter().chain([Id::ServiceRequest]);
     for (slot, id) in SLOTS.into_iter().zip(of_host) {
-        if let Some(id) = StandardId::new(id.raw()) {
+        if let Some(id) = StandardId::new(id.raw() as u16) {
             can.properties().set_standard_filter(slot, into_fifo0(id));
         }
     }
@@ -118,15 +118,18 @@ impl BusIn {
 }
 
 fn line(envelope: &Envelope) -> Line {
-    let CanId::Standard(id) = envelope.frame.id() else { return Line::Foreign };
-    Frame::new(id.as_raw(), envelope.frame.data()).map_or(Line::Foreign, Line::Frame)
+    let id = match envelope.frame.id() {
+        CanId::Standard(id) => id.as_raw().into(),
+        CanId::Extended(id) => id.as_raw() | EXTENDED,
+    };
+    Frame::new(id, envelope.frame.data()).map_or(Line::Foreign, Line::Frame)
 }
 
 impl BusOut {
     /// Sends a frame as soon as there is room for it.
     pub async fn frame(&mut self, frame: &Frame) {
         // Cannot fail: a frame of ours has 11 bits and at most 8 bytes.
-        if let Ok(frame) = frame::Frame::new_standard(frame.id(), frame.data()) {
+        if let Ok(frame) = frame::Frame::new_standard(frame.id() as u16, frame.data()) {
             self.0.write(frame).await;
         }
     }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use cathforce_bus::{EXTENDED, MAX_EXTENDED_ID, MAX_ID};
 use cathforce_config::master::{Drive, Master, Place, Selector, Signal};
 use toml::de::DeTable;
 
@@ -10,12 +11,20 @@ use super::table::{Reader, Value};
 const FORM: &str = "write `insertion = { start_bit = 0, bits = 24, byte_order = \"little\", signed = \
                     false, scale = 1e-7, offset = 0 }`; docs/reference/settings.md has an example";
 const MASTER: [&str; 3] = ["catheter", "guidewire", "grip"];
-const DRIVE: [&str; 4] = ["id", "insertion", "rotation", "held"];
+const DRIVE: [&str; 5] = ["id", "extended", "insertion", "rotation", "held"];
 const SELECTOR: [&str; 4] = ["start_bit", "bits", "byte_order", "value"];
-const PLACE: [&str; 9] =
-    ["id", "start_bit", "bits", "byte_order", "signed", "float", "scale", "offset", "selector"];
-/// Identifiers of 29 bits are read, so that validation can say that they are too long.
-const LARGEST_ID: u32 = u32::MAX;
+const PLACE: [&str; 10] = [
+    "id",
+    "extended",
+    "start_bit",
+    "bits",
+    "byte_order",
+    "signed",
+    "float",
+    "scale",
+    "offset",
+    "selector",
+];
 
 /// The frames that a file describes; without a description the drives use cathforce's own.
 ///
@@ -64,8 +73,7 @@ fn drive(
 ) -> Option<Drive> {
     let table = reader.table(path, value, FORM)?;
     reader.check_keys(path, table, &DRIVE, FORM);
-    let id = table.get("id");
-    let id = id.and_then(|id| reader.whole(&format!("{path}.id"), id, LARGEST_ID, FORM));
+    let id = identifier(reader, path, table);
     let mut quantity = |name: &str, is_required: bool| {
         let Some((key, value)) = table.get_key_value(name) else {
             if is_required {
@@ -95,9 +103,9 @@ fn place(
     let start_bit = start_bit.and_then(|bit| reader.whole(&at("start_bit"), bit, 63, FORM));
     let bits = reader.required(path, table, "bits", span, FORM);
     let bits = bits.and_then(|bits| reader.whole(&at("bits"), bits, 64, FORM));
-    let id = match table.get("id") {
-        Some(id) => reader.whole(&at("id"), id, LARGEST_ID, FORM),
-        None => id_of_drive,
+    let id = match table.contains_key("id") {
+        true => identifier(reader, path, table),
+        false => id_of_drive,
     };
     if id.is_none() && !table.contains_key("id") {
         let fix = "give it an `id`, or give its drive an `id` for all that have none";
@@ -125,9 +133,27 @@ fn place(
         scale: number("scale", 1.0) as f32,
         offset: number("offset", 0.0) as f32,
     };
-    // An identifier beyond 16 bits stays too long for validation.
-    let id = u16::try_from(id?).unwrap_or(u16::MAX);
-    Some(Place { id, signal, selector })
+    Some(Place { id: id?, signal, selector })
+}
+
+/// The identifier of a table, which has 29 bits if `extended` says so.
+fn identifier(reader: &mut Reader<'_>, path: &str, table: &DeTable<'_>) -> Option<u32> {
+    const FORM: &str = "write an identifier of 11 bits as `id = 0x321`, one of 29 bits as `id = 0x18ff50e5, \
+                        extended = true`";
+    let extended = table.get("extended");
+    let is_extended =
+        extended.and_then(|flag| reader.flag(&format!("{path}.extended"), flag, FORM));
+    let is_extended = is_extended.unwrap_or(false);
+    let Some(id) = table.get("id") else {
+        if let Some(flag) = extended {
+            let message = format!("`{path}.extended` is said of an `id`, and there is none");
+            reader.report(&flag.span(), message, FORM);
+        }
+        return None;
+    };
+    let most = if is_extended { MAX_EXTENDED_ID } else { MAX_ID };
+    let id = reader.whole(&format!("{path}.id"), id, most, FORM)?;
+    Some(if is_extended { id | EXTENDED } else { id })
 }
 
 /// Which frames of an identifier hold a quantity.
@@ -167,7 +193,7 @@ pub fn text(master: &Master) -> String {
     for (name, drive) in [("catheter", master.catheter), ("guidewire", master.guidewire)] {
         let Some(Drive { insertion, rotation, held }) = drive else { continue };
         let id = insertion.id;
-        text += &format!("\n[master.{name}]\nid = {id:#05x}\n");
+        text += &format!("\n[master.{name}]\n{}", id_text(id, "\n"));
         text += &place_text("insertion", insertion, Some(id));
         text += &place_text("rotation", rotation, Some(id));
         text += &held.map_or(String::new(), |held| place_text("held", held, Some(id)));
@@ -175,11 +201,19 @@ pub fn text(master: &Master) -> String {
     text
 }
 
+/// An identifier as it is written in a file, each key with `end` behind it.
+fn id_text(id: u32, end: &str) -> String {
+    match id & EXTENDED {
+        0 => format!("id = {id:#05x}{end}"),
+        _ => format!("id = {:#010x}{end}extended = true{end}", id & MAX_EXTENDED_ID),
+    }
+}
+
 /// A quantity with its frame, unless that is its drive's.
-fn place_text(name: &str, place: Place, of_drive: Option<u16>) -> String {
+fn place_text(name: &str, place: Place, of_drive: Option<u32>) -> String {
     let Place { id, signal, selector } = place;
     let Signal { start_bit, bits, big_endian, signed, float, scale, offset } = signal;
-    let id = if of_drive == Some(id) { String::new() } else { format!("id = {id:#05x}, ") };
+    let id = if of_drive == Some(id) { String::new() } else { id_text(id, ", ") };
     let order = if big_endian { "big" } else { "little" };
     let selector = selector.map_or(String::new(), |Selector { start_bit, bits, big_endian, value }| {
         let order = if big_endian { "big" } else { "little" };
@@ -233,8 +267,12 @@ mod tests {
         let rotation = Place { selector: Some(selector), ..place(0x2B, float) };
         let master = Master {
             catheter: Some(drive),
-            guidewire: Some(Drive { rotation, held: None, ..drive }),
-            grip: Some(place(0x2D, button)),
+            guidewire: Some(Drive {
+                insertion: place(EXTENDED | 0x18FF_50E5, signal(0, false)),
+                rotation,
+                held: None,
+            }),
+            grip: Some(place(EXTENDED | 0x2D, button)),
         };
         assert_eq!(parse(&text(&master)), Ok(master));
         assert_eq!(parse(&text(&Master::default())), Ok(Master::default()));
@@ -245,8 +283,8 @@ mod tests {
         let signal = "{ start_bit = 0, bits = 8 }";
         let both = format!("insertion = {signal}\nrotation = {signal}");
         let no_frame = "does not say in which frame it is";
-        let own = "the identifier has more than 11 bits or is one of cathforce's own";
-        let cases: [(String, &[(usize, &str)]); 9] = [
+        let own = "or is one of cathforce's own";
+        let cases: [(String, &[(usize, &str)]); 11] = [
             (
                 format!("\n[master.catheter]\nid = 1\ninsertion = {signal}\n"),
                 &[(2, "has no `rotation`")],
@@ -270,7 +308,18 @@ mod tests {
                 "[master]\n\ngrip = { id = 5, start_bit = 0, bits = 1 }".into(),
                 &[(3, "and there is none")],
             ),
-            (format!("[master.catheter]\nid = 0x12345678\n{both}"), &[(1, own)]),
+            (
+                format!("[master.catheter]\nid = 0x12345678\n{both}"),
+                &[(2, "a whole number from 0 to 2047")],
+            ),
+            (
+                format!("[master.catheter]\nid = 0x32345678\nextended = true\n{both}"),
+                &[(2, "a whole number from 0 to 536870911")],
+            ),
+            (
+                format!("[master.catheter]\nextended = true\n{both}"),
+                &[(2, "is said of an `id`"), (3, no_frame), (4, no_frame)],
+            ),
         ];
         for (text, expected) in cases {
             let problems = parse(&text).unwrap_err();

@@ -1,7 +1,7 @@
 //! Vector's ASC, the text of CANoe and CANalyzer.
 
 use super::log::{BusLog, Lines, LogError, LogFormat};
-use super::numbers::{base_frame, bytes, number, time_ns};
+use super::numbers::{bytes, frame, number, time_ns};
 
 const FORM: &str = "a frame's line is `0.001000 1 100 Rx d 8 01 02 03 04 05 06 07 08`";
 const SECOND_NS: u64 = 1_000_000_000;
@@ -39,10 +39,11 @@ pub(super) fn read(lines: Lines<'_>) -> Result<BusLog, LogError> {
         if !channel.bytes().all(|byte| byte.is_ascii_digit()) {
             return Ok(());
         }
-        let frame = match rest {
+        let found = match rest {
             // `ErrorFrame` stands where a frame has its identifier.
-            [_, "d" | "D", length, data @ ..] if !id.ends_with(['x', 'X']) => {
-                let raw = number(id, base).ok_or_else(|| format!("`{id}` is no identifier"))?;
+            [_, "d" | "D", length, data @ ..] => {
+                let short = id.strip_suffix(['x', 'X']);
+                let raw = number(short.unwrap_or(id), base).ok_or_else(|| format!("`{id}` is no identifier"))?;
                 // The length is one digit of either base.
                 let length =
                     number(length, 16).ok_or_else(|| format!("`{length}` is no length"))?;
@@ -51,14 +52,14 @@ pub(super) fn read(lines: Lines<'_>) -> Result<BusLog, LogError> {
                     .get(..length)
                     .ok_or_else(|| format!("the frame has not its {length} bytes"))?;
                 let data = bytes(data.iter().copied(), base).ok_or("a byte is no number")?;
-                Some(base_frame(raw, &data)?)
+                Some(frame(raw, short.is_some(), &data)?)
             }
             [direction, ..] if ["Rx", "Tx", "TxRq", "rx", "tx"].contains(direction) => None,
             _ if *id == "ErrorFrame" => None,
             // Statistics and events of the tool.
             _ => return Ok(()),
         };
-        log.push(line, at_ns, channel, frame);
+        log.push(line, at_ns, channel, found);
         Ok(())
     })?;
     Ok(log)
@@ -66,7 +67,7 @@ pub(super) fn read(lines: Lines<'_>) -> Result<BusLog, LogError> {
 
 #[cfg(test)]
 mod tests {
-    use cathforce_bus::Frame;
+    use cathforce_bus::{EXTENDED, Frame};
 
     use super::*;
 
@@ -88,7 +89,8 @@ mod tests {
         let found =
             log.frames.iter().map(|logged| (logged.line, logged.at_ns / 1_000_000, logged.frame));
         let frame = Frame::new(0x100, &[1, 0x1A, 0xFF]);
-        let expected = [(7, 1, frame), (8, 2, None), (9, 3, None), (10, 4, None), (11, 5, None)];
+        let extended = Frame::new(EXTENDED | 0x18FF_50E5, &[0, 0x11]);
+        let expected = [(7, 1, frame), (8, 2, extended), (9, 3, None), (10, 4, None), (11, 5, None)];
         assert_eq!(found.collect::<Vec<_>>(), expected);
         assert_eq!(log.channels, ["1", "2"]);
     }

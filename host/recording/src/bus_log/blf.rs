@@ -24,7 +24,6 @@ const CONTAINER: u32 = 10;
 const FRAMES: [u32; 2] = [1, 86];
 const OTHER_FRAMES: [u32; 5] = [2, 73, 100, 101, 104];
 const REMOTE: u8 = 0x80;
-const EXTENDED: u32 = 1 << 31;
 /// The unit of times is 10 µs or 1 ns.
 const TENS_OF_MICROSECONDS: u32 = 1;
 /// Largest container that is unpacked.
@@ -137,15 +136,15 @@ fn take(log: &mut BusLog, record: usize, kind: u32, object: &[u8]) {
     }
 }
 
-/// The frame of a body; `Some(None)` for an extended or a remote one.
+/// The frame of a body; `Some(None)` for a remote one. The identifier is marked as ours are.
 fn frame(body: &[u8]) -> Option<Option<Frame>> {
     let &[flags, length] = body.get(2..4)? else { return None };
     let id = u32_at(body, 4)?;
-    if id & EXTENDED != 0 || flags & REMOTE != 0 {
+    if flags & REMOTE != 0 {
         return Some(None);
     }
     let data = body.get(8..8 + usize::from(length.min(8)))?;
-    Frame::new(u16::try_from(id).ok()?, data).map(Some)
+    Frame::new(id, data).map(Some)
 }
 
 /// The beginning of the log, as if its time were that of Greenwich: the file does not say where it was.
@@ -248,7 +247,7 @@ mod tests {
         let found = log.frames.iter().map(|logged| (logged.at_ns - log.started_ns, logged.frame));
         let expected = [
             (1_000_000, Frame::new(0x123, &[1, 0xFF])),
-            (2_000_000, None),
+            (2_000_000, Frame::new(0x98FF_50E5, &[0])),
             (3_000_000, None),
             (4_000_000, Frame::new(0x124, &[7; 8])),
         ];

@@ -55,12 +55,11 @@ fn spaced<'a>(
     let wrong = || format!("`{id}` is no frame");
     let raw = number(id, 16).ok_or_else(wrong)?;
     let mut words = words.take_while(|word| !word.starts_with('\'')).peekable();
-    if id.len() != 3 || words.peek() == Some(&"remote") || length > 8 {
+    if !matches!(id.len(), 3 | 8) || words.peek() == Some(&"remote") || length > 8 {
         return Ok(None);
     }
     let data = bytes(words, 16).filter(|data| data.len() == length).ok_or_else(wrong)?;
-    let id = u16::try_from(raw).map_err(|_| wrong())?;
-    Frame::new(id, &data).map(Some).ok_or_else(wrong)
+    super::numbers::frame(raw, id.len() == 8, &data).map(Some).map_err(|_| wrong())
 }
 
 fn parse_time(text: &str) -> Option<u64> {
@@ -75,7 +74,6 @@ fn parse_time(text: &str) -> Option<u64> {
 fn parse_frame(text: &str) -> Option<Option<Frame>> {
     let (id, data) = text.split_once('#')?;
     let raw = number(id, 16).filter(|_| matches!(id.len(), 3 | 8))?;
-    let short = (id.len() == 3).then(|| u16::try_from(raw).ok()).flatten();
     if data.starts_with('#') || data.starts_with('R') {
         return Some(None);
     }
@@ -85,11 +83,14 @@ fn parse_frame(text: &str) -> Option<Option<Frame>> {
     };
     let bytes = data.as_bytes().chunks(2).map(pair).collect::<Option<Vec<_>>>();
     let bytes = bytes.filter(|bytes| bytes.len() <= 8)?;
-    Some(short.and_then(|id| Frame::new(id, &bytes)))
+    // Errors of the bus have identifiers of more than 29 bits.
+    Some(super::numbers::frame(raw, id.len() == 8, &bytes).ok())
 }
 
 #[cfg(test)]
 mod tests {
+    use cathforce_bus::EXTENDED;
+
     use super::*;
 
     #[test]
@@ -99,7 +100,8 @@ mod tests {
         let log = BusLog::read(text.as_bytes()).unwrap();
         let frame = Frame::new(0x123, &[1, 0xFF]);
         let frames = log.frames.iter().map(|logged| logged.frame).collect::<Vec<_>>();
-        assert_eq!(frames, [frame, frame, None, None]);
+        let extended = Frame::new(EXTENDED | 0x1234_5678, &[]);
+        assert_eq!(frames, [frame, frame, extended, None]);
         assert_eq!(log.channels, ["can0", "vcan1"]);
         assert_eq!((log.started_ns, log.frames[1].line), (1_500_000_000, 2));
     }

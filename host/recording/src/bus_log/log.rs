@@ -24,7 +24,7 @@ pub struct Logged {
     pub at_ns: u64,
     /// Index of its channel.
     pub channel: usize,
-    /// `None` for kinds of frames that this bus does not have: extended, remote, CAN FD, errors.
+    /// `None` for kinds of frames that this bus does not have: remote, CAN FD, errors.
     pub frame: Option<Frame>,
 }
 

@@ -1,6 +1,6 @@
 //! Numbers and frames in the text of a log.
 
-use cathforce_bus::Frame;
+use cathforce_bus::{EXTENDED, Frame, MAX_EXTENDED_ID};
 
 /// Seconds, milliseconds or microseconds as written, in nanoseconds. `unit_ns` is a power of ten. Digits
 /// below a nanosecond are cut off. `None` if it is no positive number or out of range.
@@ -34,12 +34,16 @@ pub(super) fn number(word: &str, base: u32) -> Option<u32> {
     u32::from_str_radix(word, base).ok().filter(|_| is_number)
 }
 
-/// A base frame. Errors: the identifier has more than 11 bits, or there are more than 8 bytes.
-pub(super) fn base_frame(id: u32, data: &[u8]) -> Result<Frame, String> {
-    let frame = u16::try_from(id).ok().and_then(|id| Frame::new(id, data));
+/// A frame. Errors: the identifier has more than 11 bits, or 29 if it is extended, or there are more than 8
+/// bytes.
+pub(super) fn frame(id: u32, is_extended: bool, data: &[u8]) -> Result<Frame, String> {
+    let (bits, mark) = if is_extended { (29, EXTENDED) } else { (11, 0) };
+    let frame = (id <= MAX_EXTENDED_ID).then(|| Frame::new(id | mark, data)).flatten();
     frame.ok_or_else(|| {
         let bytes = data.len();
-        format!("identifier {id:#x} with {bytes} bytes is no frame of 11 bits and 8 bytes at most")
+        format!(
+            "identifier {id:#x} with {bytes} bytes is no frame of {bits} bits and 8 bytes at most"
+        )
     })
 }
 
@@ -64,6 +68,8 @@ mod tests {
     #[test]
     fn a_sign_is_no_digit() {
         assert_eq!((byte("fF", 16), byte("+1", 16), byte("100", 16)), (Some(255), None, None));
-        assert!(base_frame(0x800, &[]).is_err() && base_frame(0x7FF, &[0; 9]).is_err());
+        assert!(frame(0x800, false, &[]).is_err() && frame(0x7FF, false, &[0; 9]).is_err());
+        assert_eq!(frame(0x800, true, &[]).unwrap().id(), EXTENDED | 0x800);
+        assert!(frame(0x2000_0000, true, &[]).is_err());
     }
 }

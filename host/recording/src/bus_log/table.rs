@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use cathforce_bus::Frame;
 
 use super::log::{BusLog, Lines, LogError, LogFormat};
-use super::numbers::{base_frame, bytes, number, time_ns};
+use super::numbers::{bytes, frame, number, time_ns};
 
 const FORM: &str = "write the line as the tool does, with as many fields as the heading";
 const SECOND_NS: u64 = 1_000_000_000;
@@ -58,12 +58,13 @@ fn savvycan<'a>(field: &impl Fn(&str) -> Result<&'a str, String>, data: &[&str])
     let raw = number(id, 16).ok_or_else(|| format!("`{id}` is no identifier"))?;
     let length = field("len")?;
     let length = length.parse::<usize>().map_err(|_| format!("`{length}` is no length"))?;
-    if is_true(field("extended")?)? || length > 8 {
+    let is_extended = is_true(field("extended")?)?;
+    if length > 8 {
         return Ok((at_ns, channel, None));
     }
     let data = data.get(..length).ok_or_else(|| format!("the frame has not its {length} bytes"))?;
     let data = bytes(data.iter().copied(), 16).ok_or("a byte is no number")?;
-    Ok((at_ns, channel, Some(base_frame(raw, &data)?)))
+    Ok((at_ns, channel, Some(frame(raw, is_extended, &data)?)))
 }
 
 /// `timestamp,arbitration_id,extended,remote,error,dlc,data`: seconds, and the bytes in base 64.
@@ -73,7 +74,8 @@ fn python_can<'a>(field: &impl Fn(&str) -> Result<&'a str, String>) -> Row<'a> {
     let id = field("arbitration_id")?;
     let raw = id.strip_prefix("0x").and_then(|hex| number(hex, 16));
     let raw = raw.ok_or_else(|| format!("`{id}` is no identifier"))?;
-    for kind in ["extended", "remote", "error"] {
+    let is_extended = is_true(field("extended")?)?;
+    for kind in ["remote", "error"] {
         if is_true(field(kind)?)? {
             return Ok((at_ns, "0", None));
         }
@@ -87,7 +89,7 @@ fn python_can<'a>(field: &impl Fn(&str) -> Result<&'a str, String>) -> Row<'a> {
     if length.parse() != Ok(bytes.len()) {
         return Err(format!("the frame has {} bytes, not its {length}", bytes.len()));
     }
-    Ok((at_ns, "0", Some(base_frame(raw, &bytes)?)))
+    Ok((at_ns, "0", Some(frame(raw, is_extended, &bytes)?)))
 }
 
 fn is_true(text: &str) -> Result<bool, String> {
@@ -100,6 +102,8 @@ fn is_true(text: &str) -> Result<bool, String> {
 
 #[cfg(test)]
 mod tests {
+    use cathforce_bus::EXTENDED;
+
     use super::*;
 
     #[test]
@@ -108,21 +112,24 @@ mod tests {
         let savvycan = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n\
                         1500,00000123,false,Rx,1,2,01,FF,\n2500,18FF50E5,true,Rx,1,1,00,\n";
         let log = BusLog::read(savvycan.as_bytes()).unwrap();
+        let extended = Frame::new(EXTENDED | 0x18FF_50E5, &[0]);
         assert_eq!(
             (log.format, log.frames[0].frame, log.frames[1].frame),
-            (LogFormat::SavvyCan, frame, None)
+            (LogFormat::SavvyCan, frame, extended)
         );
         assert_eq!(
             (log.frames[0].at_ns, log.channels.as_slice()),
             (1_500_000, &["1".to_owned()][..])
         );
         let python = "timestamp,arbitration_id,extended,remote,error,dlc,data\n\
-                      1700000000.5,0x123,0,0,0,2,Af8=\n1700000000.6,0x123,0,1,0,2,\n";
+                      1700000000.5,0x123,0,0,0,2,Af8=\n1700000000.6,0x123,0,1,0,2,\n\
+                      1700000000.7,0x18FF50E5,1,0,0,1,AA==\n";
         let log = BusLog::read(python.as_bytes()).unwrap();
         assert_eq!(
             (log.format, log.frames[0].frame, log.frames[1].frame),
             (LogFormat::PythonCan, frame, None)
         );
+        assert_eq!(log.frames[2].frame, extended);
         assert_eq!(log.started_ns, 1_700_000_000_500_000_000);
         let wrong = python.replace(",2,Af8=", ",3,Af8=");
         let error = BusLog::read(wrong.as_bytes()).unwrap_err();

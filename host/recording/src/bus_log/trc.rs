@@ -3,7 +3,7 @@
 use cathforce_bus::Frame;
 
 use super::log::{BusLog, Lines, LogError, LogFormat};
-use super::numbers::{base_frame, bytes, number, time_ns};
+use super::numbers::{bytes, frame, number, time_ns};
 
 const FORM: &str = "a frame's line of version 1.1 is `1) 2.2 Rx 0100 8 01 02 03 04 05 06 07 08`; give \
                     the log as PCAN-View wrote it";
@@ -113,8 +113,7 @@ fn parse<'a>(columns: &[Column], line: &'a str) -> Result<(u64, &'a str, Option<
         && word(Kind).is_none_or(|kind| kind == "DT");
     let id = word(Id).unwrap_or_default();
     let data = words.get(columns.len()..).unwrap_or_default();
-    // Extended identifiers have eight digits.
-    if !is_frame || id.len() > 4 || data.first() == Some(&"RTR") {
+    if !is_frame || data.first() == Some(&"RTR") {
         return Ok((at_ns, channel, None));
     }
     let raw = number(id, 16).ok_or_else(|| format!("`{id}` is no identifier"))?;
@@ -124,11 +123,14 @@ fn parse<'a>(columns: &[Column], line: &'a str) -> Result<(u64, &'a str, Option<
     if data.len() != bytes_said {
         return Err(format!("the frame has {} bytes, not its {bytes_said}", data.len()));
     }
-    Ok((at_ns, channel, Some(base_frame(raw, &data)?)))
+    // Identifiers of 11 bits have four digits, those of 29 bits have eight.
+    Ok((at_ns, channel, Some(frame(raw, id.len() > 4, &data)?)))
 }
 
 #[cfg(test)]
 mod tests {
+    use cathforce_bus::EXTENDED;
+
     use super::*;
 
     #[test]
@@ -163,7 +165,8 @@ mod tests {
                     4 0.8 DT 2 0123 Tx - 1 07\n";
         let log = BusLog::read(text.as_bytes()).unwrap();
         let frames = log.frames.iter().map(|logged| logged.frame).collect::<Vec<_>>();
-        assert_eq!(frames, [None, None, None, Frame::new(0x123, &[7])]);
+        let extended = Frame::new(EXTENDED | 0x18FF_50E5, &[0]);
+        assert_eq!(frames, [extended, None, None, Frame::new(0x123, &[7])]);
         // Noon of 15 March 2023, by the calendar.
         assert_eq!(log.started_ns, 1_678_881_600_000_000_000);
         assert_eq!(log.frames[3].at_ns - log.started_ns, 800_000);

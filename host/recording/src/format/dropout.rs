@@ -116,8 +116,8 @@ pub struct Dropout {
     /// When the last was missed \[ns\].
     pub to_ns: u64,
     pub cause: DropoutCause,
-    /// Identifier of the frames; `None` if there were several.
-    pub id: Option<u16>,
+    /// Identifier of the frames, marked as [`Frame::id`](cathforce_bus::Frame::id) is; `None` if there were several.
+    pub id: Option<u32>,
     pub frames: u32,
 }
 

@@ -1,6 +1,6 @@
 //! A frame as it crossed the bus, and its message in a recording.
 
-use cathforce_bus::{Direction, Frame};
+use cathforce_bus::{Direction, EXTENDED, Frame, MAX_EXTENDED_ID};
 
 use super::messages::{CanFrame, Header};
 
@@ -21,9 +21,9 @@ impl BusFrame {
         data[..bytes.len()].copy_from_slice(bytes);
         CanFrame {
             header: Header::new(arrived_ns, ""),
-            id: u32::from(self.frame.id()),
+            id: self.frame.id() & MAX_EXTENDED_ID,
             is_rtr: false,
-            is_extended: false,
+            is_extended: self.frame.is_extended(),
             is_error: false,
             dlc: bytes.len() as u8,
             data,
@@ -37,15 +37,18 @@ impl BusFrame {
         message: &CanFrame,
     ) -> Result<Self, String> {
         let CanFrame { id, dlc, data, .. } = message;
-        if message.is_rtr || message.is_extended || message.is_error {
-            return Err("only data frames with an 11-bit identifier are recorded".into());
+        if message.is_rtr || message.is_error {
+            return Err("only data frames are recorded".into());
         }
         let data = data
             .get(..usize::from(*dlc))
             .ok_or_else(|| format!("a frame has at most 8 bytes, not {dlc}"))?;
-        let frame = u16::try_from(*id).ok().and_then(|id| Frame::new(id, data));
+        // The mark is a field of its own in a message.
+        let marked = if message.is_extended { id | EXTENDED } else { *id };
+        let frame = Frame::new(marked, data).filter(|frame| frame.id() & MAX_EXTENDED_ID == *id);
+        let bits = if message.is_extended { 29 } else { 11 };
         let frame =
-            frame.ok_or_else(|| format!("an identifier has at most 11 bits, not {id:#x}"))?;
+            frame.ok_or_else(|| format!("an identifier has at most {bits} bits, not {id:#x}"))?;
         Ok(Self { at_ns, direction, frame })
     }
 }
@@ -56,8 +59,9 @@ mod tests {
 
     #[test]
     fn a_frame_survives_its_message() {
-        for direction in [Direction::ToDevice, Direction::ToHost] {
-            let frame = Frame::new(0x580, &[1, 2, 3]).unwrap();
+        let ids = [0x580, EXTENDED | 0x580];
+        for (id, direction) in ids.into_iter().zip([Direction::ToDevice, Direction::ToHost]) {
+            let frame = Frame::new(id, &[1, 2, 3]).unwrap();
             let frame = BusFrame { at_ns: 7, direction, frame };
             assert_eq!(BusFrame::from_message(7, direction, &frame.to_message(5)), Ok(frame));
         }
@@ -75,6 +79,9 @@ mod tests {
         assert!(refused(|m| m.dlc = 9).contains("at most 8 bytes, not 9"));
         assert!(refused(|m| m.id = 0x800).contains("0x800"));
         assert!(refused(|m| m.id = 0x1_0100).contains("0x10100"));
-        assert!(refused(|m| m.is_extended = true).contains("11-bit"));
+        assert!(refused(|m| m.id = EXTENDED | 0x100).contains("11 bits"));
+        let long = refused(|m| (m.id, m.is_extended) = (0x2000_0000, true));
+        assert!(long.contains("29 bits, not 0x20000000"), "{long}");
+        assert!(refused(|m| m.is_rtr = true).contains("data frames"));
     }
 }

@@ -267,7 +267,7 @@ impl Contents {
             .map_err(|e| format!("dropout {}: {e}", self.dropouts.len()))?;
         let cause = DropoutCause::from_name(&message.cause)
             .ok_or_else(|| format!("a dropout has no known cause: {}", message.cause))?;
-        let id = u16::try_from(message.id).ok().filter(|&id| id != 0);
+        let id = Some(message.id).filter(|&id| id != 0);
         let (from_ns, frames) = (message.from_ns, message.frames);
         self.dropouts.push(Dropout { from_ns, to_ns: message.header.ns(), cause, id, frames });
         Ok(())

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cathforce_bus::{Direction, Id, Process};
+use cathforce_bus::{Direction, Id, IdDigits, Process};
 use cathforce_control::TICK_S;
 use serde::Serialize;
 
@@ -90,7 +90,7 @@ pub fn name(frame: &BusFrame) -> String {
         Some(Id::Shape(_)) => "SHAPE".into(),
         Some(Id::Force(_)) => "FORCE".into(),
         Some(id) => format!("{id:?}").to_uppercase(),
-        None => format!("{:03X}", frame.frame.id()),
+        None => IdDigits(frame.frame.id()).to_string(),
     }
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use can_dbc::{ByteOrder, MultiplexIndicator, SignalExtendedValueType, ValueType};
-use cathforce_bus::Id;
+use cathforce_bus::{EXTENDED, Id};
 use cathforce_config::master::{Drive, Master, MasterError, Place, Selector, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
@@ -139,7 +139,7 @@ impl Unfit {
 /// Where a signal stands, scaled to metres, radians or 1; `units` are those that it may have.
 fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place, Unfit> {
     let Found { message, signal } = found;
-    let id = base_identifier(dbc, found)?;
+    let id = identifier(dbc, found)?;
     if message.size > FRAME_BYTES {
         return Err(Unfit::new(
             format!("is in a frame of {} bytes", message.size),
@@ -226,16 +226,12 @@ fn selector(Found { message, signal }: Found<'_>) -> Result<Option<Selector>, Un
     }
 }
 
-/// The 11-bit identifier of a signal's frame.
-fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
+/// The identifier of a signal's frame, as the device has it.
+fn identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u32, Unfit> {
     let name = &found.message.name;
     Err(match dbc.identifier(found.message) {
         Identifier::Base(id) => return Ok(id),
-        Identifier::Extended(_) => Unfit::new(
-            "is in a frame with a 29-bit identifier",
-            "let the master send it in a frame with an 11-bit identifier, or put a gateway between that does; the \
-             device reads no other",
-        ),
+        Identifier::Extended(id) => return Ok(id | EXTENDED),
         Identifier::Neither(raw) => Unfit::new(
             format!(
                 "is in the frame {name}, whose identifier {raw} ({raw:#x}) has more than 11 bits \
@@ -252,6 +248,7 @@ fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
 
 /// Refuses a signal of a frame whose identifier is ours, with both names.
 fn check_collision(dbc: &LabDbc, path: &Path, found: Found<'_>) -> Result<(), Failure> {
+    // Ours have 11 bits.
     let Identifier::Base(id) = dbc.identifier(found.message) else { return Ok(()) };
     let ours = Id::from_raw(id).filter(|ours| !matches!(ours, Id::Encoder | Id::Guidewire));
     let Some(ours) = ours else { return Ok(()) };
@@ -323,8 +320,7 @@ fn list(ui: &Ui, path: &Path, dbc: &LabDbc) -> Result<(), Failure> {
         text += format!("{name}  {}, {bits} bits  {unit}", id.text()).trim_end();
         text.push('\n');
         let raw = match id {
-            Identifier::Base(id) => u64::from(id),
-            Identifier::Extended(id) => u64::from(id),
+            Identifier::Base(id) | Identifier::Extended(id) => u64::from(id),
             Identifier::Neither(id) => id,
             Identifier::NoFrame => u64::from(found.message.id.raw()),
         };
@@ -388,9 +384,9 @@ mod tests {
         assert_eq!(sometimes, Some(expected));
         let real = placed(&dbc, "Real.Feed").unwrap().signal;
         assert!(real.float && !real.signed && real.bits == 32);
+        assert_eq!(placed(&dbc, "Far.Feed").unwrap().id, EXTENDED | 0x18FE_F1FE);
         for (name, why) in [
             ("Mode.Which", "the unit \"\""),
-            ("Far.Feed", "29-bit identifier"),
             ("Real.Double", "floating-point number of 64 bits"),
             ("Wide.Feed", "1 to 32 bits"),
             ("Wide.Over", "not within the 8 bytes of its frame Wide"),

@@ -1,12 +1,8 @@
 //! A lab's DBC: its messages by the names and identifiers that the file itself gives.
 
 use can_dbc::{AttributeValue, ByteOrder, Dbc, Message, MessageId, Signal as DbcSignal};
+use cathforce_bus::{EXTENDED, MAX_EXTENDED_ID, MAX_ID};
 
-/// Largest identifiers of a base frame and of an extended one.
-const BASE_MAX: u32 = 0x7FF;
-const EXTENDED_MAX: u32 = 0x1FFF_FFFF;
-/// Marks an extended identifier.
-const EXTENDED: u32 = 1 << 31;
 /// Identifier of the pseudo message that holds signals without a frame.
 const NO_FRAME: u32 = 0xC000_0000;
 /// Attributes in which editors keep names of more than 32 letters.
@@ -30,7 +26,7 @@ pub struct Found<'a> {
 /// What an identifier of the file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Identifier {
-    Base(u16),
+    Base(u32),
     Extended(u32),
     /// More than 11 bits without the mark of an extended identifier, or more than 29 with it.
     Neither(u64),
@@ -73,7 +69,7 @@ impl LabDbc {
         let is_meant = |found: &Found<'_>| {
             let Found { message, signal } = *found;
             let by_id = || match self.identifier(message) {
-                Identifier::Base(id) => of_id == Some(u32::from(id)),
+                Identifier::Base(id) => of_id == Some(id),
                 Identifier::Extended(id) => of_id == Some(id),
                 _ => false,
             };
@@ -150,10 +146,8 @@ fn kind(raw: u64) -> Identifier {
     let id = word & !EXTENDED;
     match (word == NO_FRAME, word & EXTENDED != 0) {
         (true, _) => Identifier::NoFrame,
-        (_, true) if id <= EXTENDED_MAX => Identifier::Extended(id),
-        (_, false) if id <= BASE_MAX => {
-            u16::try_from(id).map_or(Identifier::Neither(raw), Identifier::Base)
-        }
+        (_, true) if id <= MAX_EXTENDED_ID => Identifier::Extended(id),
+        (_, false) if id <= MAX_ID => Identifier::Base(id),
         _ => Identifier::Neither(raw),
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::{Frame, Id};
+use cathforce_bus::{Frame, Id, IdDigits};
 use cathforce_link::{Link, LinkError};
 
 use super::check::Check;
@@ -21,7 +21,7 @@ const SHOWN: usize = 6;
 #[derive(Debug, Default)]
 pub struct Heard {
     /// By identifier.
-    counts: BTreeMap<u16, usize>,
+    counts: BTreeMap<u32, usize>,
     bits: u64,
     over: Duration,
 }
@@ -56,7 +56,7 @@ impl Heard {
         let frames: usize = self.counts.values().sum();
         let seconds = self.over.as_secs_f64().max(f64::MIN_POSITIVE);
         let load = 100.0 * self.bits as f64 / seconds / BUS_BITS_PER_S;
-        let foreign: Vec<String> = self.foreign().map(|id| format!("{id:#05x}")).collect();
+        let foreign: Vec<String> = self.foreign().map(|id| IdDigits(id).to_string()).collect();
         let others = match foreign.len() {
             0 => String::new(),
             1..=SHOWN => format!("; of others: {}", foreign.join(", ")),
@@ -71,7 +71,7 @@ impl Heard {
         Check::good("bus", found)
     }
 
-    fn foreign(&self) -> impl Iterator<Item = u16> {
+    fn foreign(&self) -> impl Iterator<Item = u32> {
         self.counts.keys().copied().filter(|id| Id::from_raw(*id).is_none())
     }
 
@@ -120,7 +120,7 @@ mod tests {
     use super::super::check::Verdict;
     use super::*;
 
-    fn heard(ids: &[u16]) -> Vec<Check> {
+    fn heard(ids: &[u32]) -> Vec<Check> {
         let mut heard = Heard { over: LISTEN, ..Heard::default() };
         ids.iter().for_each(|id| heard.add(&Frame::new(*id, &[0]).unwrap()));
         heard.checks()
