@@ -5,6 +5,7 @@ use std::{env, fs, path::PathBuf};
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=../memory.x");
+    println!("cargo:rerun-if-env-changed=CATHFORCE_ID_BASE");
     println!("cargo:rerun-if-changed=mps2-an500.x");
     println!("cargo:rerun-if-changed=nucleo-h743.x");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {

@@ -5,7 +5,9 @@ use std::process::Command;
 
 use anyhow::Context;
 
-use crate::progress;
+use crate::arguments::{Choice, Given};
+use crate::consent::{self, Consent};
+use crate::{progress, setup};
 use crate::shell::{cargo, command, output, root, target_folder};
 
 /// Where the firmware runs.
@@ -26,6 +28,37 @@ pub const NUCLEO_FIRMWARE_VARIABLE: &str = "CATHFORCE_NUCLEO_FIRMWARE";
 
 /// Cargo's profile for a first run.
 pub const QUICK: &str = "quick";
+
+pub const FIRMWARE_OPTIONS: [Choice; 2] = [
+    Choice {
+        name: "id-base",
+        value: Some("BASE"),
+        about: "Move the identifiers to 29 bits whose upper 18 are BASE, such as 0x12345.",
+    },
+    consent::YES,
+];
+
+/// Tells the firmware's build where its identifiers lie on the bus.
+const ID_BASE: &str = "CATHFORCE_ID_BASE";
+
+/// Builds the firmware of both boards and says how large it is.
+pub fn both_boards(given: &Given) -> anyhow::Result<()> {
+    setup::firmware_target(Consent::of(given))?;
+    let base = given.value("id-base");
+    for mut build in [firmware_command(), nucleo_firmware_command()] {
+        build.env_remove(ID_BASE);
+        if let Some(base) = base {
+            build.env(ID_BASE, base);
+        }
+        progress::run(&mut build)?;
+    }
+    say_how_large(&firmware_elf());
+    say_how_large(&nucleo_firmware_elf());
+    if let Some(base) = base {
+        println!("Reach it by a link that ends in `,id-base={}`.", base.to_string_lossy());
+    }
+    Ok(())
+}
 
 /// Builds the firmware, says how large it is, and gives its ELF.
 pub fn firmware() -> anyhow::Result<PathBuf> {
@@ -69,7 +102,7 @@ fn nucleo_folder() -> PathBuf {
 pub fn firmware_command() -> Command {
     let mut build = cargo(&["build"]);
     // Flags from outside replace those of .cargo/config.toml, and the processor with them.
-    build.args(FIRMWARE).env_remove("RUSTFLAGS");
+    build.args(FIRMWARE).env_remove("RUSTFLAGS").env_remove(ID_BASE);
     build
 }
 

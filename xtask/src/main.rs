@@ -67,12 +67,8 @@ static TASKS: [Task; 14] = [
         name: "firmware",
         former: None,
         about: "Build the firmware of both boards and say how large it is.",
-        options: &[consent::YES],
-        run: |given| {
-            setup::firmware_target(Consent::of(given))?;
-            build::firmware()?;
-            build::nucleo_firmware()
-        },
+        options: &build::FIRMWARE_OPTIONS,
+        run: build::both_boards,
     },
     Task {
         name: "figures",

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use cathforce_bundle::Bundle;
+use cathforce_link::carrier;
 use cathforce_link::qemu::find_firmware;
 use cathforce_recording::{RunInfo, SensorNoise};
 use sha2::{Digest, Sha256};
@@ -26,6 +27,7 @@ pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
 
 /// SHA-256 of the program that acts as the device; empty where this host does not start it.
 fn firmware_sha256(link: &str) -> String {
+    let link = carrier(link);
     let program = match link.split_once(':').map_or(link, |(kind, _)| kind) {
         "sim" => std::env::current_exe().ok(),
         "qemu" => find_firmware(link.split_once(':').map(|(_, elf)| Path::new(elf))).ok(),

@@ -5,6 +5,7 @@ use std::path::Path;
 use cathforce_bundle::bundle::ColumnMap;
 use cathforce_bundle::geometry::{Mesh, read_centreline, read_stl};
 use cathforce_bundle::{Bundle, ImageOptions, SolverDefaults, describe, device_image};
+use cathforce_bus::Placement;
 use cathforce_bus::master::Master;
 use cathforce_filter::{Family, Pipeline, Table};
 use cathforce_identification::Description;
@@ -23,7 +24,7 @@ const NAME: &str = "input";
 
 /// Times do not go back, and every frame that is taken has a direction.
 pub fn can_log(data: &[u8]) {
-    let Ok(log) = read_log(data, &Master::default(), None) else { return };
+    let Ok(log) = read_log(data, &Master::default(), None, Placement::UNMOVED) else { return };
     let times = log.frames.iter().map(|frame| frame.at_ns);
     assert!(times.is_sorted(), "times go back");
 }

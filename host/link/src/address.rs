@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use cathforce_bus::Placement;
+
+use crate::moved::{self, Moved};
 use crate::qemu::Qemu;
 use crate::{Hub, Link, LinkError, Sim, Slcan, hub};
 
@@ -25,7 +28,7 @@ enum Address<'a> {
 /// Checks the form of an address, that its CAN interface is there and that its port is free; sends
 /// nothing and starts nothing.
 pub fn check(address: &str) -> Result<(), LinkError> {
-    match understood(address)? {
+    match understood(address)?.0 {
         Address::SocketCan { interface } => open_socketcan(address, interface).map(drop),
         Address::Listen { host_and_port } => hub::check(address, &host_and_port),
         Address::Tcp { .. } | Address::Serial { .. } | Address::Qemu { .. } | Address::Sim => {
@@ -34,20 +37,28 @@ pub fn check(address: &str) -> Result<(), LinkError> {
     }
 }
 
-fn understood(address: &str) -> Result<Address<'_>, LinkError> {
-    parse(address).map_err(|problem| LinkError::Address { address: address.into(), problem })
+fn understood(address: &str) -> Result<(Address<'_>, Placement), LinkError> {
+    let parts = moved::placement(address)
+        .and_then(|(carrier, placement)| Ok((parse(carrier)?, placement)));
+    parts.map_err(|problem| LinkError::Address { address: address.into(), problem })
 }
 
 /// Opens a link by its address; [`crate::ADDRESSES`] lists the forms. One that listens waits for the first
 /// who connects, and says so ([`crate::set_remarks`]).
 pub fn open(address: &str) -> Result<Box<dyn Link>, LinkError> {
-    Ok(match understood(address)? {
+    let (carrier, placement) = understood(address)?;
+    let link: Box<dyn Link> = match carrier {
         Address::SocketCan { interface } => open_socketcan(address, interface)?,
         Address::Tcp { host_and_port } => Box::new(Slcan::connect(address, host_and_port)?),
         Address::Listen { host_and_port } => Box::new(Hub::open(address, &host_and_port)?),
         Address::Serial { path, baud } => Box::new(Slcan::open_serial(address, path, baud)?),
         Address::Qemu { elf } => Box::new(Qemu::boot(elf.map(Path::new))?),
-        Address::Sim => Box::new(Sim::new()),
+        // A device in this process is where its host looks for it.
+        Address::Sim => return Ok(Box::new(Sim::new())),
+    };
+    Ok(match placement.base() {
+        None => link,
+        Some(_) => Box::new(Moved::new(link, placement, address)),
     })
 }
 

@@ -451,7 +451,8 @@ impl<L: Link> Client<L> {
             waited: timeout * ATTEMPTS,
             awaited: "an answer from the device",
             check: "that the device is powered and runs cathforce firmware, that both sides use \
-                    1 Mbit/s and that no other program talks to it",
+                    1 Mbit/s and that no other program talks to it; identifiers that were moved need \
+                    `,id-base=BASE` behind the link",
         }))
     }
 

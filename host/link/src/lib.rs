@@ -11,6 +11,8 @@
 //! | `qemu`, `qemu:ELF` | the firmware on an emulated board, started here |
 //! | `sim` | the device's code in this process, no hardware at all |
 //!
+//! Where the identifiers of a device were moved, `,id-base=BASE` stands behind its address.
+//!
 //! A [`Client`] talks over a link to one device: who it is, its configuration, ticks.
 
 mod address;
@@ -23,6 +25,7 @@ mod firmware_log;
 mod hub;
 mod identity;
 pub mod interface;
+mod moved;
 mod play;
 pub mod qemu;
 mod reader;
@@ -42,6 +45,7 @@ use cathforce_bus::Frame;
 pub use cathforce_bus::Direction;
 
 pub use address::{check as check_address, open};
+pub use moved::carrier;
 pub use boards::{BOARDS, Board, Flash, board, update};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, CrashRecord, Device, SavedImage, Tap};

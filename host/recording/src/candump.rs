@@ -5,7 +5,7 @@
 use std::io::{self, Read, Write};
 
 use cathforce_bus::master::Master;
-use cathforce_bus::{Direction, Frame, Id, Process, Sync, Tick, crc8};
+use cathforce_bus::{Direction, Frame, Id, Placement, Process, Sync, Tick, crc8};
 
 use crate::bus_log::{BusLog, LogError, LogFormat};
 use crate::format::clock::BusClock;
@@ -101,10 +101,12 @@ pub fn read_candump(mut log: impl Read, master: &Master) -> Result<CandumpLog, L
         problem: format!("cannot be read: {e}"),
         fix: "give a log that can be read",
     })?;
-    read_log(&bytes, master, None)
+    read_log(&bytes, master, None, Placement::UNMOVED)
 }
 
 /// Reads a log of any tool. Frames with other identifiers than ours are taken if `master` describes them.
+///
+/// `placement`: where the identifiers lie on the logged bus.
 ///
 /// Of several channels that one is taken which `channel` names, or the only one with frames of ours.
 /// Errors: what stands there is no frame, time goes back, or several channels have frames of ours.
@@ -112,8 +114,12 @@ pub fn read_log(
     bytes: &[u8],
     master: &Master,
     channel: Option<&str>,
+    placement: Placement,
 ) -> Result<CandumpLog, LogError> {
-    let log = BusLog::read(bytes)?;
+    let mut log = BusLog::read(bytes)?;
+    for logged in &mut log.frames {
+        logged.frame = logged.frame.map(|frame| placement.exchange(frame));
+    }
     let channel = chosen(&log, master, channel)?;
     let several = log.channels.len() > 1;
     let mut found = CandumpLog {
@@ -443,14 +449,14 @@ mod tests {
         let log = read_candump((own.clone() + other).as_bytes(), &Master::default()).unwrap();
         assert_eq!((log.frames.len(), log.channel.as_deref()), (4, Some("can0")));
         let both = own.clone() + &own.replace("can0", "can1");
-        let error = read_log(both.as_bytes(), &Master::default(), None).unwrap_err();
+        let error = read_log(both.as_bytes(), &Master::default(), None, Placement::UNMOVED).unwrap_err();
         assert!(
             error.problem.contains("`can0`, `can1`") && error.fix.contains("--channel"),
             "{error}"
         );
-        let one = read_log(both.as_bytes(), &Master::default(), Some("can1")).unwrap();
+        let one = read_log(both.as_bytes(), &Master::default(), Some("can1"), Placement::UNMOVED).unwrap();
         assert_eq!(one.frames.len(), 4);
-        assert!(read_log(both.as_bytes(), &Master::default(), Some("can2")).is_err());
+        assert!(read_log(both.as_bytes(), &Master::default(), Some("can2"), Placement::UNMOVED).is_err());
     }
 
     #[test]

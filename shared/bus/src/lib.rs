@@ -1,8 +1,9 @@
 //! Everything that is sent over the bus, as bytes and as types. No hardware, no model.
 //!
-//! * [`Frame`]: one classic CAN data frame with an 11-bit identifier.
+//! * [`Frame`]: one classic CAN data frame.
 //! * [`Process`]: process frames of fixed layout, in raw codes with their units.
 //! * [`Sealer`], [`Protection`]: counter and CRC of process frames, for sending and receiving.
+//! * [`Placement`]: where the identifiers lie on a bus.
 //! * [`master`]: drive positions in a master's own frames, instead of ENCODER and GUIDEWIRE.
 //! * [`slcan`]: frames as text over a UART or a socket.
 //! * [`transfer`]: segmented messages (ISO 15765-2).
@@ -20,6 +21,7 @@ mod codes;
 mod counters;
 mod frame;
 pub mod master;
+mod placement;
 mod process;
 mod protection;
 pub mod service;
@@ -32,6 +34,7 @@ pub use codes::{
 };
 pub use counters::{Counter, Counters};
 pub use frame::{Direction, EXTENDED, Frame, IdDigits, MAX_EXTENDED_ID, MAX_ID, is_id};
+pub use placement::{MAX_ID_BASE, Placement};
 pub use process::{
     Band, Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Heartbeat, Id,
     MAX_NODES, MODE_UNCONFIGURED, NextCounters, NodeForce, Process, Shape, Sync, TENDON_PAIRS,

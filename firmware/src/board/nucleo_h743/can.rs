@@ -4,13 +4,16 @@
 //! frames, with identifiers of 11 or 29 bits, cannot fill it while a tick runs. The controller rejects remote
 //! frames. An interrupt below the tick moves frames into a ring.
 
+use core::fmt::Debug;
 use core::future::poll_fn;
 use core::task::Poll;
 
 use cathforce_bus::slcan::Line;
-use cathforce_bus::{EXTENDED, FROM_HOST, Frame, Id};
+use cathforce_bus::{EXTENDED, FROM_HOST, Frame, Id, MAX_EXTENDED_ID};
 use embassy_stm32::can::config::{GlobalFilter, NonMatchingFilter};
-use embassy_stm32::can::filter::{Action, Filter, FilterType, StandardFilter, StandardFilterSlot};
+use embassy_stm32::can::filter::{
+    Action, ExtendedFilterSlot, Filter, FilterType, StandardFilterSlot,
+};
 use embassy_stm32::can::frame::Envelope;
 use embassy_stm32::can::{
     BufferedCan, BufferedCanReceiver, BufferedCanSender, CanConfigurator, IT0InterruptHandler,
@@ -18,8 +21,10 @@ use embassy_stm32::can::{
 };
 use embassy_stm32::peripherals::{FDCAN1, PD0, PD1};
 use embassy_stm32::{Peri, bind_interrupts, pac};
-use embedded_can::{Id as CanId, StandardId};
+use embedded_can::{ExtendedId, Id as CanId, StandardId};
 use static_cell::StaticCell;
+
+use crate::bus::PLACEMENT;
 
 const BIT_RATE: u32 = 1_000_000;
 /// Frames that arrive while the tasks are busy: two milliseconds of a full bus.
@@ -32,15 +37,15 @@ bind_interrupts!(struct Interrupts {
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
 });
 
-/// Slots of the filters of the host's frames.
-const SLOTS: [StandardFilterSlot; 7] = [
-    StandardFilterSlot::_0,
-    StandardFilterSlot::_1,
-    StandardFilterSlot::_2,
-    StandardFilterSlot::_3,
-    StandardFilterSlot::_4,
-    StandardFilterSlot::_5,
-    StandardFilterSlot::_6,
+/// Slots of the filters of the host's frames, where they have 11 bits and where they have 29.
+const SLOTS: [(StandardFilterSlot, ExtendedFilterSlot); 7] = [
+    (StandardFilterSlot::_0, ExtendedFilterSlot::_0),
+    (StandardFilterSlot::_1, ExtendedFilterSlot::_1),
+    (StandardFilterSlot::_2, ExtendedFilterSlot::_2),
+    (StandardFilterSlot::_3, ExtendedFilterSlot::_3),
+    (StandardFilterSlot::_4, ExtendedFilterSlot::_4),
+    (StandardFilterSlot::_5, ExtendedFilterSlot::_5),
+    (StandardFilterSlot::_6, ExtendedFilterSlot::_6),
 ];
 
 /// Input of the bus.
@@ -75,9 +80,15 @@ pub fn start(
     let config = can.config().set_global_filter(filter).set_automatic_bus_off_recovery(false);
     can.set_config(config);
     let of_host = FROM_HOST.into_iter().chain([Id::ServiceRequest]);
-    for (slot, id) in SLOTS.into_iter().zip(of_host) {
-        if let Some(id) = StandardId::new(id.raw() as u16) {
-            can.properties().set_standard_filter(slot, into_fifo0(id));
+    for ((standard, extended), id) in SLOTS.into_iter().zip(of_host) {
+        match on_bus(PLACEMENT.exchange_id(id.raw())) {
+            Some(CanId::Standard(id)) => {
+                can.properties().set_standard_filter(standard, into_fifo0(id));
+            }
+            Some(CanId::Extended(id)) => {
+                can.properties().set_extended_filter(extended, into_fifo0(id));
+            }
+            None => {}
         }
     }
     let can = can.into_normal_mode();
@@ -86,8 +97,17 @@ pub fn start(
     (BusIn { frames: can.reader(), was_off: false, _can: can }, BusOut(can.writer()))
 }
 
-fn into_fifo0(id: StandardId) -> StandardFilter {
+fn into_fifo0<ID: Copy + Debug, UNIT: Copy + Debug>(id: ID) -> Filter<ID, UNIT> {
     Filter { filter: FilterType::DedicatedSingle(id), action: Action::StoreInFifo0 }
+}
+
+/// An identifier as the controller has it.
+fn on_bus(id: u32) -> Option<CanId> {
+    let raw = id & MAX_EXTENDED_ID;
+    match id & EXTENDED {
+        0 => StandardId::new(raw as u16).map(CanId::Standard),
+        _ => ExtendedId::new(raw).map(CanId::Extended),
+    }
 }
 
 impl BusIn {
@@ -128,8 +148,9 @@ fn line(envelope: &Envelope) -> Line {
 impl BusOut {
     /// Sends a frame as soon as there is room for it.
     pub async fn frame(&mut self, frame: &Frame) {
-        // Cannot fail: a frame of ours has 11 bits and at most 8 bytes.
-        if let Ok(frame) = frame::Frame::new_standard(frame.id() as u16, frame.data()) {
+        // Cannot fail: a frame has an identifier of the controller and at most 8 bytes.
+        let Some(id) = on_bus(frame.id()) else { return };
+        if let Ok(frame) = frame::Frame::new_data(id, frame.data()) {
             self.0.write(frame).await;
         }
     }

@@ -213,6 +213,9 @@ pub struct ConfigImportDbcArguments {
     /// Button of the catheter, if it has one; the signal is 1 while it is held.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub button: Option<String>,
+    /// Our identifiers were moved to 29 bits, so that a drive of CANopen may be on the bus.
+    #[arg(long)]
+    pub id_moved: bool,
     /// Millimetres of feed in one turn, for drives whose feed is counted in revolutions.
     #[arg(long, value_name = "MM", value_parser = lead, allow_negative_numbers = true)]
     pub lead: Option<f64>,

@@ -1,5 +1,6 @@
 //! Arguments of `cathforce link`, `doctor` and `fault`.
 
+use cathforce_bus::Placement;
 use cathforce_control::Fault;
 use cathforce_link::ADDRESSES;
 use cathforce_link::interface::{BIT_RATE, QUEUE_FRAMES, RESTART_MS, Setup};
@@ -118,7 +119,7 @@ pub struct FaultClearArguments {
 /// The forms that people type instead are answered with the one that they mean.
 pub fn address(text: &str) -> Result<String, String> {
     const CARRIERS: [&str; 4] = ["socketcan", "slcan", "qemu", "sim"];
-    let kind = text.split(':').next().unwrap_or_default();
+    let kind = text.split([':', ',']).next().unwrap_or_default();
     if CARRIERS.contains(&kind) {
         return Ok(text.to_owned());
     }
@@ -136,6 +137,12 @@ pub fn address(text: &str) -> Result<String, String> {
     };
     let hint = meant.map_or(String::new(), |meant| format!("did you mean `{meant}`? "));
     Err(format!("it begins with no known carrier; {hint}give one of {}", ADDRESSES.join(", ")))
+}
+
+/// The base of moved identifiers.
+pub fn id_base(text: &str) -> Result<Placement, String> {
+    Placement::read(text)
+        .ok_or_else(|| "give a number from 0 to 0x3FFFF, the upper 18 of 29 bits".to_owned())
 }
 
 /// A fault by its name, in capitals or not, or by its code.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use cathforce_bus::Placement;
 use cathforce_recording::import::{AxisMap, ColumnMap};
 use clap::{ArgGroup, Args, Subcommand};
 
@@ -11,6 +12,7 @@ use super::import_drive::{
     ImportDriveArguments, ImportDynamixelArguments, ImportJointArguments, ImportMoteusArguments,
     ImportOdriveArguments,
 };
+use super::link::id_base;
 use super::material::millimetres;
 use super::wall::{Triple, triple};
 use super::{Changes, JsonFile, counts, lead, link, positive, positive_seconds};
@@ -94,6 +96,9 @@ pub struct ImportCandumpArguments {
     /// Channel of the log, if several have frames of ours.
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
+    /// Base of the identifiers, if they were moved to 29 bits on the logged bus.
+    #[arg(long, value_name = "BASE", value_parser = id_base)]
+    pub id_base: Option<Placement>,
     /// Take the log although most of its frames do not have our checksum.
     #[arg(long)]
     pub foreign: bool,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, TICK_S};
 use cathforce_link::interface as net;
-use cathforce_link::qemu;
+use cathforce_link::{carrier, qemu};
 use check::{Check, Verdict};
 
 use crate::args::DoctorArguments;
@@ -95,6 +95,8 @@ fn timers(latest: Duration) -> Check {
 /// Everything between here and the device behind a link.
 fn link_checks(link: &str, ask_anyway: bool) -> Vec<Check> {
     let mut checks = Vec::new();
+    let (address, link) = (link, carrier(link));
+    let is_moved = address != link;
     let is_wrong = |checks: &[Check]| checks.iter().any(|own| own.verdict == Verdict::Wrong);
     if let Some(name) = link.strip_prefix("socketcan:") {
         match net::check_sockets().and_then(|()| net::find(name)) {
@@ -112,13 +114,13 @@ fn link_checks(link: &str, ask_anyway: bool) -> Vec<Check> {
             return checks;
         }
     }
-    match cathforce_link::open(link) {
+    match cathforce_link::open(address) {
         Ok(mut opened) => {
-            checks.push(Check::good("link", format_args!("{link} can be opened")));
+            checks.push(Check::good("link", format_args!("{address} can be opened")));
             // Others may be on a bus, and nothing is known of them before they are heard.
             if ["socketcan:", "slcan:"].iter().any(|bus| link.starts_with(bus)) {
                 match listen::Heard::on(&mut *opened) {
-                    Ok(heard) => checks.extend(heard.checks()),
+                    Ok(heard) => checks.extend(heard.checks(is_moved)),
                     Err(error) => checks.push(Check::of("bus", &error)),
                 }
                 if is_wrong(&checks) && !ask_anyway {

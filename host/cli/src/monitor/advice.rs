@@ -1,6 +1,7 @@
 //! What to do next, while a bus shows no forces.
 
 use cathforce_control::Fault;
+use cathforce_link::carrier;
 
 /// What has been heard lately, as far as advice depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,7 +20,8 @@ pub struct Heard {
 /// One or two sentences for somebody who watches `link`; `None` when there is nothing to do.
 pub fn advice(link: &str, heard: Heard) -> Option<String> {
     // A device in this very process, which no other program can reach.
-    let is_private = link == "sim" || link == "qemu" || link.starts_with("qemu:");
+    let own = carrier(link);
+    let is_private = own == "sim" || own == "qemu" || own.starts_with("qemu:");
     let others = match link.strip_prefix("slcan:listen:") {
         Some(address) => format!("slcan:tcp:{address}"),
         None => link.to_owned(),
