@@ -5,9 +5,7 @@
 
 use std::collections::VecDeque;
 
-use cathforce_bus::{
-    Command, Counter, Counters, EXTENDED, Frame, Id, Process, Sync, crc8, slcan,
-};
+use cathforce_bus::{Command, Counter, Counters, EXTENDED, Frame, Id, Process, Sync, crc8, slcan};
 use cathforce_control::Mode;
 use cathforce_hil_tests::{Bench, Chance, Drive, Rig, Tick, encoder, strong_image};
 use cathforce_link::qemu::Qemu;

@@ -7,8 +7,8 @@ use anyhow::Context;
 
 use crate::arguments::{Choice, Given};
 use crate::consent::{self, Consent};
-use crate::{progress, setup};
 use crate::shell::{cargo, command, output, root, target_folder};
+use crate::{progress, setup};
 
 /// Where the firmware runs.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -66,13 +66,6 @@ pub fn firmware() -> anyhow::Result<PathBuf> {
     let elf = firmware_elf();
     say_how_large(&elf);
     Ok(elf)
-}
-
-/// Builds the firmware of ST's Nucleo-H743ZI2 and says how large it is.
-pub fn nucleo_firmware() -> anyhow::Result<()> {
-    progress::run(&mut nucleo_firmware_command())?;
-    say_how_large(&nucleo_firmware_elf());
-    Ok(())
 }
 
 fn say_how_large(elf: &std::path::Path) {

@@ -354,6 +354,43 @@ fn a_frame_of_29_bits_is_read_by_the_device_and_recorded() {
     assert!(cathforce(["check", text(&again)]).status.success());
 }
 
+/// Identifiers that were moved to 29 bits are found where they are.
+#[test]
+fn a_log_of_a_bus_with_moved_identifiers_is_imported() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (run, usual, moved) = (path("run.mcap"), path("usual.log"), path("moved.log"));
+    let example = support::example();
+    let mut simulate = command();
+    simulate.args(["simulate", text(&example), "--cell", "3", "--duration", "0.2"]);
+    assert!(simulate.args(["--out", text(&run)]).output().unwrap().status.success());
+    assert!(cathforce(["export", text(&run), "--candump", text(&usual)]).status.success());
+    let lines = fs::read_to_string(&usual).unwrap();
+    let lines = lines.lines().map(|line| {
+        let (before, frame) = line.rsplit_once(' ').unwrap();
+        let (id, data) = frame.split_once('#').unwrap();
+        let id = 0x1_2345 << 11 | u32::from_str_radix(id, 16).unwrap();
+        format!("{before} {id:08X}#{data}\n")
+    });
+    fs::write(&moved, lines.collect::<String>()).unwrap();
+    let import = |log: &Path, out: &Path, more: &[&str]| {
+        let mut import = command();
+        import.args(["import", "can", text(log), "--bundle", text(&example), "--cell", "3"]);
+        import.args(["--out", text(out), "--json"]).args(more).output().unwrap()
+    };
+    let [a, b] = [path("a.mcap"), path("b.mcap")];
+    let frames = |output: &std::process::Output| {
+        assert!(output.status.success(), "{}", stderr(output));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()["frames"].clone()
+    };
+    let expected = frames(&import(&usual, &a, &[]));
+    assert_eq!(frames(&import(&moved, &b, &["--id-base", "0x12345"])), expected);
+    let none = import(&moved, &path("c.mcap"), &[]);
+    assert_fails(&none, 3, &["has an identifier of cathforce.dbc", "--id-base"]);
+    let wrong = import(&moved, &path("c.mcap"), &["--id-base", "0x40000"]);
+    assert_fails(&wrong, 2, &["the upper 18 of 29 bits"]);
+}
+
 /// JSON has no word for such a name; it is no reason to break off.
 #[cfg(target_os = "linux")]
 #[test]

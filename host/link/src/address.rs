@@ -38,8 +38,8 @@ pub fn check(address: &str) -> Result<(), LinkError> {
 }
 
 fn understood(address: &str) -> Result<(Address<'_>, Placement), LinkError> {
-    let parts = moved::placement(address)
-        .and_then(|(carrier, placement)| Ok((parse(carrier)?, placement)));
+    let parts =
+        moved::placement(address).and_then(|(carrier, placement)| Ok((parse(carrier)?, placement)));
     parts.map_err(|problem| LinkError::Address { address: address.into(), problem })
 }
 

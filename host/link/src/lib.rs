@@ -45,7 +45,6 @@ use cathforce_bus::Frame;
 pub use cathforce_bus::Direction;
 
 pub use address::{check as check_address, open};
-pub use moved::carrier;
 pub use boards::{BOARDS, Board, Flash, board, update};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, CrashRecord, Device, SavedImage, Tap};
@@ -53,6 +52,7 @@ pub use error::{ADDRESSES, LinkError};
 pub use firmware::firmware_of;
 pub use hub::Hub;
 pub use identity::{Identity, IdentityError, SECTION as IDENTITY_SECTION};
+pub use moved::carrier;
 pub use play::Step;
 pub use remark::set_remarks;
 pub use serial::{SerialPort, Usb, serial_ports};

@@ -449,14 +449,19 @@ mod tests {
         let log = read_candump((own.clone() + other).as_bytes(), &Master::default()).unwrap();
         assert_eq!((log.frames.len(), log.channel.as_deref()), (4, Some("can0")));
         let both = own.clone() + &own.replace("can0", "can1");
-        let error = read_log(both.as_bytes(), &Master::default(), None, Placement::UNMOVED).unwrap_err();
+        let error =
+            read_log(both.as_bytes(), &Master::default(), None, Placement::UNMOVED).unwrap_err();
         assert!(
             error.problem.contains("`can0`, `can1`") && error.fix.contains("--channel"),
             "{error}"
         );
-        let one = read_log(both.as_bytes(), &Master::default(), Some("can1"), Placement::UNMOVED).unwrap();
+        let one = read_log(both.as_bytes(), &Master::default(), Some("can1"), Placement::UNMOVED)
+            .unwrap();
         assert_eq!(one.frames.len(), 4);
-        assert!(read_log(both.as_bytes(), &Master::default(), Some("can2"), Placement::UNMOVED).is_err());
+        assert!(
+            read_log(both.as_bytes(), &Master::default(), Some("can2"), Placement::UNMOVED)
+                .is_err()
+        );
     }
 
     #[test]

@@ -8,8 +8,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::process::Id;
 use crate::frame::is_id;
+use crate::process::Id;
 use crate::{Counter, Frame};
 
 /// A quantity in a frame: raw value × scale + offset.
@@ -94,7 +94,9 @@ pub enum MasterError {
 impl MasterError {
     pub const fn text(self) -> &'static str {
         match self {
-            Self::Id => "the identifier has more than 29 bits, or 11 without the mark of 29, or is one of cathforce's own",
+            Self::Id => {
+                "the identifier has more than 29 bits, or 11 without the mark of 29, or is one of cathforce's own"
+            }
             Self::Bits => "a signal must have 1 to 32 bits within 8 bytes",
             Self::Float => "a floating-point number must have 32 bits",
             Self::Scale => "a scale must be finite and not 0, an offset finite",

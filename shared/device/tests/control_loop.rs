@@ -3,8 +3,8 @@
 mod support;
 
 use cathforce_bus::{
-    BandWidth, Command, Counter, EXTENDED, Encoder, Frame, Heartbeat, Id, Insertion, MODE_UNCONFIGURED,
-    Process, Protection, Rotation, Sealer, Sync,
+    BandWidth, Command, Counter, EXTENDED, Encoder, Frame, Heartbeat, Id, Insertion,
+    MODE_UNCONFIGURED, Process, Protection, Rotation, Sealer, Sync,
 };
 use cathforce_config::image;
 use cathforce_control::{BAND_ROWS, BAND_UNKNOWN, Band, Config, Fault, Mode, Notice};

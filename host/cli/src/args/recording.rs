@@ -328,6 +328,9 @@ pub struct SendArguments {
     /// Channel of a log, if several have frames of ours.
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
+    /// Base of the identifiers, if they were moved to 29 bits on the logged bus.
+    #[arg(long, value_name = "BASE", value_parser = id_base)]
+    pub id_base: Option<Placement>,
     /// Play a log although most of its frames do not have our checksum.
     #[arg(long)]
     pub foreign: bool,

@@ -43,7 +43,8 @@ pub(super) fn read(lines: Lines<'_>) -> Result<BusLog, LogError> {
             // `ErrorFrame` stands where a frame has its identifier.
             [_, "d" | "D", length, data @ ..] => {
                 let short = id.strip_suffix(['x', 'X']);
-                let raw = number(short.unwrap_or(id), base).ok_or_else(|| format!("`{id}` is no identifier"))?;
+                let raw = number(short.unwrap_or(id), base)
+                    .ok_or_else(|| format!("`{id}` is no identifier"))?;
                 // The length is one digit of either base.
                 let length =
                     number(length, 16).ok_or_else(|| format!("`{length}` is no length"))?;
@@ -90,7 +91,8 @@ mod tests {
             log.frames.iter().map(|logged| (logged.line, logged.at_ns / 1_000_000, logged.frame));
         let frame = Frame::new(0x100, &[1, 0x1A, 0xFF]);
         let extended = Frame::new(EXTENDED | 0x18FF_50E5, &[0, 0x11]);
-        let expected = [(7, 1, frame), (8, 2, extended), (9, 3, None), (10, 4, None), (11, 5, None)];
+        let expected =
+            [(7, 1, frame), (8, 2, extended), (9, 3, None), (10, 4, None), (11, 5, None)];
         assert_eq!(found.collect::<Vec<_>>(), expected);
         assert_eq!(log.channels, ["1", "2"]);
     }

@@ -163,7 +163,7 @@ impl Recorder {
             header: Header::new(dropout.to_ns, ""),
             from_ns: dropout.from_ns,
             cause: dropout.cause.name().into(),
-            id: dropout.id.unwrap_or_default().into(),
+            id: dropout.id.unwrap_or_default(),
             frames: dropout.frames,
         };
         self.put(&header(self.channels.dropouts, dropout.to_ns), &message)

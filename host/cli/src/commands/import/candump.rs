@@ -80,7 +80,7 @@ fn read(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<CandumpLog, Failu
     if log.frames.is_empty() {
         let message = format!(
             "{}: none of the {} frames has an identifier of cathforce.dbc\n  fix: log the bus of the \
-             device with `candump -l can0`",
+             device with `candump -l can0`; identifiers that were moved to 29 bits need --id-base",
             path.display(),
             log.foreign
         );
