@@ -9,6 +9,11 @@
 mod answers;
 mod assets;
 mod diagnosis;
+#[cfg(feature = "foxglove")]
+mod foxglove;
+#[cfg(not(feature = "foxglove"))]
+#[path = "foxglove_left_out.rs"]
+mod foxglove;
 mod guard;
 mod live;
 mod recording;

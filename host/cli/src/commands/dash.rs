@@ -3,7 +3,7 @@
 use std::io::{Write as _, stdout};
 use std::path::Path;
 
-use cathforce_dash::{Drive, LinkSource, Measurement, Source, Started, serve};
+use cathforce_dash::{Drive, LinkSource, Measurement, Options, Source, Started, serve};
 use cathforce_link::Step;
 use cathforce_recording::{analyse, is_recording};
 use serde_json::json;
@@ -13,6 +13,7 @@ use crate::args::{DashArguments, link_address};
 use crate::failure::{Code, Failure};
 use crate::image::image;
 use crate::open::{open_bundle, open_recording, read_bytes};
+use crate::output::{Kind, write_again};
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
 use crate::ui::Ui;
@@ -21,10 +22,21 @@ use crate::web::{options, warn_of_the_network};
 /// A measured force is drawn until the next row, if that comes within this time \[s\].
 const MEASURED_WITHIN_S: f64 = 0.1;
 
+/// What Foxglove draws of our topics.
+const FOXGLOVE_LAYOUT: &str = include_str!("../../../../docs/layouts/foxglove.json");
+
 pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
     let source = source(ui, arguments)?;
-    let options = options(arguments.listen, arguments.hosts.clone());
+    if let Some(path) = &arguments.foxglove_layout {
+        write_again(path, Kind::Json, FOXGLOVE_LAYOUT)?;
+        ui.say(format_args!("wrote the layout for Foxglove: {}", path.display()));
+    }
+    let foxglove = arguments.foxglove;
+    let options = Options { foxglove, ..options(arguments.listen, arguments.hosts.clone()) };
     warn_of_the_network(ui, arguments.listen);
+    if foxglove.is_some_and(|listen| !listen.ip().is_loopback()) {
+        ui.warn("every computer of the network can read what is served for Foxglove");
+    }
     // Until then Ctrl-C ends this program as any other.
     let interrupted = interrupt_flag()?;
     let mut printed = Ok(());
@@ -40,7 +52,12 @@ fn print(ui: &Ui, started: &Started) -> Result<(), Failure> {
     if let Some(path) = &token_file {
         text += &format!("token: {path}\n");
     }
-    ui.data(&json!({ "address": address, "token_file": token_file }), text)?;
+    let foxglove = started.foxglove.map(|address| format!("ws://{address}"));
+    if let Some(address) = &foxglove {
+        text += &format!("foxglove: {address}\n");
+    }
+    let data = json!({ "address": address, "token_file": token_file, "foxglove": foxglove });
+    ui.data(&data, text)?;
     // A program that waits for the address reads it from a pipe.
     stdout().flush().map_err(|e| Failure::new(Code::Failed, format!("cannot write to stdout: {e}")))
 }

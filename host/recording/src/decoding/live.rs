@@ -6,7 +6,6 @@ use cathforce_config::image;
 
 use super::tick::{Completed, Decoder};
 use super::topics::{Channels, Published, Publisher};
-use crate::format::dropout::Dropout;
 use crate::format::frame::BusFrame;
 use crate::format::layout;
 use crate::format::messages::{DropoutMessage, TfMessage, to_cdr};

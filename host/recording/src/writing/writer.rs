@@ -17,7 +17,7 @@ use crate::format::dropout::Dropout;
 use crate::format::frame::BusFrame;
 use crate::format::info::{RunInfo, RunResult};
 use crate::format::layout;
-use crate::format::messages::{DropoutMessage, Header, Message, TfMessage, to_cdr};
+use crate::format::messages::{DropoutMessage, Message, TfMessage, to_cdr};
 use crate::format::trial::Measured;
 
 /// Attachments that make a recording stand alone.

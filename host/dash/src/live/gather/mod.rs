@@ -11,15 +11,16 @@ use cathforce_bus::service::{Load, Status};
 use cathforce_bus::{Direction, Frame, Id, Process};
 use cathforce_control::{Fault, Mode};
 use cathforce_recording::latency::age_s;
-use cathforce_recording::{BusFrame, Decoder, DropoutCause, TickEstimate, direction};
+use cathforce_recording::{BusFrame, Decoder, DropoutCause, Measured, TickEstimate, direction};
 use serde::Serialize;
 use tokio::sync::watch;
 
 pub use history::History;
 pub use picture::Snapshot;
 
-use super::drive::Position;
+use super::drive::{Measurement, Position};
 use super::faults::Faults;
+use super::listener::Listener;
 use super::timing::{Stage, Times};
 use super::twin::Twin;
 use history::Point;
@@ -98,6 +99,9 @@ pub struct Gather {
     said: Option<String>,
     lost: Option<String>,
     sequence: u64,
+    listeners: Vec<Box<dyn Listener>>,
+    /// What the sensor said last.
+    measured: Option<Measurement>,
     to: watch::Sender<Snapshot>,
 }
 
@@ -154,13 +158,23 @@ impl Gather {
             said: None,
             lost: None,
             sequence: 0,
+            listeners: Vec::new(),
+            measured: None,
             to,
         }
+    }
+
+    /// Lets somebody hear the bus.
+    pub fn add_listener(&mut self, listener: Box<dyn Listener>) {
+        self.listeners.push(listener);
     }
 
     /// The device uses this image from now on; the host's copy of the tick begins anew with it.
     pub fn image(&mut self, image: &[u8], lock_step: bool) {
         self.scene += 1;
+        for listener in &mut self.listeners {
+            listener.begins(image);
+        }
         self.bus_nodes.clear();
         self.twin = Twin::new(image.to_vec(), lock_step).ok();
         self.master = cathforce_config::image::master(image).unwrap_or_default();
@@ -225,6 +239,9 @@ impl Gather {
 
     /// Takes a frame whose sender is known.
     pub fn frame(&mut self, direction: Direction, frame: &Frame) {
+        for listener in &mut self.listeners {
+            listener.frame(direction, frame);
+        }
         let (now, id) = (Instant::now(), Id::from_raw(frame.id()));
         let bits = if id == Some(Id::Sync) { 0 } else { frame.most_bits() };
         self.recent.push_back((now, bits, id));
@@ -343,6 +360,7 @@ impl Gather {
         if let Some(age_ticks) = tick.encoder_age_ticks {
             self.age_in_device_s = age_s(age_ticks);
         }
+        self.tell_measured();
         let Forces { fx, fy, fz, drive, torque, .. } = self.forces;
         let [mx, my, mz, md] = self.measured().unwrap_or([None; 4]);
         let [bx, by, bz, bd] = self.band_n;
@@ -353,6 +371,36 @@ impl Gather {
             |point: &Point| point[1..4].iter().map(|x| x.unwrap_or(0.0).powi(2)).sum::<f32>();
         if self.point.as_ref().is_none_or(|kept| size(kept) <= size(&point)) {
             self.point = Some(point);
+        }
+    }
+
+    /// Tells the listeners what a sensor has measured anew.
+    fn tell_measured(&mut self) {
+        let Some((playing, Some(measured))) = self.position.get() else { return };
+        if self.measured.replace(measured) == Some(measured) {
+            return;
+        }
+        let Measurement([fx, fy, fz, drive]) = measured;
+        let axes = [fx, fy, fz].map(|axis| axis.map(f64::from));
+        let force_n = match axes {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        };
+        let Some((insertion_m, rotation_rad)) = self.insertion_m.zip(self.rotation_rad) else {
+            return;
+        };
+        let row = Measured {
+            t_s: playing.t_s,
+            insertion_m: insertion_m.into(),
+            rotation_rad: rotation_rad.into(),
+            force_n,
+            drive_force_n: drive.map(f64::from),
+            tip_m: None,
+            guidewire: None,
+            tendons_m: Default::default(),
+        };
+        for listener in &mut self.listeners {
+            listener.measured(&row);
         }
     }
 

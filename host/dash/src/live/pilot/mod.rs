@@ -20,6 +20,7 @@ use super::bus::Bus;
 use super::drive::{Drive, Position};
 use super::follow::{FollowSource, Heard};
 use super::gather::{Gather, History, Snapshot};
+use super::listener::Listener;
 
 /// From one question for the device's status to the next.
 const STATUS: Duration = Duration::from_secs(1);
@@ -66,10 +67,11 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    pub fn start(source: LinkSource) -> Self {
+    pub fn start(source: LinkSource, listener: Option<Box<dyn Listener>>) -> Self {
         let LinkSource { link, master, drive, watch_only } = source;
         let (actions, inbox) = channel();
-        Self::begin(master, (!watch_only).then_some(actions), |gather, shared| {
+        Self::begin(master, (!watch_only).then_some(actions), |mut gather, shared| {
+            listener.into_iter().for_each(|listener| gather.add_listener(listener));
             let Shared { image, position, stop } = shared;
             let mut flight = Flight { bus: Bus { link, gather }, inbox, image, position, stop };
             move || {
@@ -85,8 +87,9 @@ impl Pilot {
     }
 
     /// Shows a device that another part of the program runs, until that lets go of its end of the channel.
-    pub fn follow(source: FollowSource) -> Self {
+    pub fn follow(source: FollowSource, listener: Option<Box<dyn Listener>>) -> Self {
         Self::begin(Master::default(), None, |mut gather, shared| {
+            listener.into_iter().for_each(|listener| gather.add_listener(listener));
             move || follow(&mut gather, &source, &shared)
         })
     }
