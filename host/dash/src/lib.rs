@@ -23,5 +23,5 @@ mod tips;
 mod token_file;
 
 pub use diagnosis::read_diagnosis;
-pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, feed};
+pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, NewRecording, feed};
 pub use server::{DashError, MOST_VIEWERS, Options, Source, Started, serve};

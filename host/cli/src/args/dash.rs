@@ -45,6 +45,9 @@ pub struct DashArguments {
     /// Let the device's own clock run its ticks.
     #[arg(long, requires = "bundle")]
     pub free: bool,
+    /// Folder for the recordings that are started from the page.
+    #[arg(long, value_name = "FOLDER", default_value = ".", requires = "bundle")]
+    pub recordings: PathBuf,
     /// Send nothing to the device: the vessel and the settings are not known then, and nothing can be
     /// changed.
     #[arg(long)]

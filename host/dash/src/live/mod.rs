@@ -9,6 +9,7 @@ mod follow;
 mod gather;
 mod listener;
 mod pilot;
+mod record;
 mod timing;
 mod twin;
 
@@ -17,3 +18,4 @@ pub use drive::{Drive, Measurement};
 pub use follow::{Feed, FollowSource, feed};
 pub use listener::Listener;
 pub use pilot::{LinkSource, Pilot};
+pub use record::NewRecording;

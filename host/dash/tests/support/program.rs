@@ -85,6 +85,25 @@ impl Dash {
         serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
     }
 
+    /// Asks for a change with the token; gives the answer and its status.
+    pub fn change(&self, what: &str) -> (u16, Value) {
+        let host = self.address.trim_start_matches("http://").trim_end_matches('/');
+        let body = serde_json::json!({ "do": what }).to_string();
+        let mut stream = TcpStream::connect(host).unwrap();
+        write!(
+            stream,
+            "POST /api/do HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nAuthorization: Bearer {}\r\n\
+             Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            self.token(),
+            body.len()
+        )
+        .unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let status = answer.split(' ').nth(1).unwrap().parse().unwrap();
+        (status, serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap())
+    }
+
     /// Ends it as a terminal does.
     pub fn end(mut self) {
         let id = self.process.id().to_string();

@@ -11,8 +11,11 @@ use cathforce_bus::service::{Load, Status};
 use cathforce_bus::{Direction, Frame, Id, Process};
 use cathforce_control::{Fault, Mode};
 use cathforce_recording::latency::age_s;
-use cathforce_recording::{BusFrame, Decoder, DropoutCause, Measured, TickEstimate, direction};
+use cathforce_recording::{
+    BusFrame, Decoder, DropoutCause, Measured, RunResult, TickEstimate, direction,
+};
 use serde::Serialize;
+use serde_json::Value;
 use tokio::sync::watch;
 
 pub use history::History;
@@ -21,6 +24,7 @@ pub use picture::Snapshot;
 use super::drive::{Measurement, Position};
 use super::faults::Faults;
 use super::listener::Listener;
+use super::record::{NewRecording, Recording};
 use super::timing::{Stage, Times};
 use super::twin::Twin;
 use history::Point;
@@ -100,6 +104,7 @@ pub struct Gather {
     lost: Option<String>,
     sequence: u64,
     listeners: Vec<Box<dyn Listener>>,
+    recording: Option<Recording>,
     /// What the sensor said last.
     measured: Option<Measurement>,
     to: watch::Sender<Snapshot>,
@@ -159,6 +164,7 @@ impl Gather {
             lost: None,
             sequence: 0,
             listeners: Vec::new(),
+            recording: None,
             measured: None,
             to,
         }
@@ -169,9 +175,41 @@ impl Gather {
         self.listeners.push(listener);
     }
 
+    /// Begins a recording of a device with this image; gives its file.
+    pub fn begin_recording(&mut self, new: &NewRecording, image: &[u8]) -> Result<Value, String> {
+        if self.recording.is_some() {
+            return Err("a recording is under way; stop it first".to_owned());
+        }
+        let recording = Recording::begin(new, image)?;
+        let state = recording.state();
+        self.recording = Some(recording);
+        Ok(state)
+    }
+
+    /// Ends the recording; gives its file and length. `result`: what the device said at the end.
+    pub fn end_recording(&mut self, result: Option<RunResult>) -> Result<Value, String> {
+        let recording = self.recording.take();
+        recording.ok_or("there is no recording to stop")?.end(result)
+    }
+
+    /// Notices that nothing more is written.
+    fn check_recording(&mut self) {
+        if let Some(error) = self.recording.as_ref().and_then(Recording::take_error) {
+            self.recording = None;
+            self.said = Some(error.to_string());
+        }
+    }
+
     /// The device uses this image from now on; the host's copy of the tick begins anew with it.
     pub fn image(&mut self, image: &[u8], lock_step: bool) {
         self.scene += 1;
+        if self.recording.is_some() {
+            let ended = self.end_recording(None);
+            self.said = Some(match ended {
+                Ok(_) => "the device was configured anew, which ended the recording".to_owned(),
+                Err(why) => why,
+            });
+        }
         for listener in &mut self.listeners {
             listener.begins(image);
         }
@@ -199,6 +237,11 @@ impl Gather {
     /// Nothing more will come.
     pub fn lose(&mut self, why: String) {
         self.lost = Some(why);
+        if self.recording.is_some()
+            && let Err(why) = self.end_recording(None)
+        {
+            self.said = Some(why);
+        }
         self.publish();
     }
 
@@ -241,6 +284,9 @@ impl Gather {
     pub fn frame(&mut self, direction: Direction, frame: &Frame) {
         for listener in &mut self.listeners {
             listener.frame(direction, frame);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.frame(direction, frame);
         }
         let (now, id) = (Instant::now(), Id::from_raw(frame.id()));
         let bits = if id == Some(Id::Sync) { 0 } else { frame.most_bits() };
@@ -401,6 +447,9 @@ impl Gather {
         };
         for listener in &mut self.listeners {
             listener.measured(&row);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.measured(&row);
         }
     }
 

@@ -8,6 +8,7 @@ use cathforce_control::{Fault, Mode};
 use serde_json::{Value, json};
 
 use super::{Gather, WINDOW};
+use crate::live::record::Recording;
 use crate::live::twin::Twin;
 
 /// From one summary of the times to the next.
@@ -50,6 +51,7 @@ impl Gather {
             ];
             self.stages = stages.into_iter().flatten().collect();
         }
+        self.check_recording();
         self.sequence += 1;
         let picture = self.picture(now);
         let state = json!({
@@ -66,6 +68,7 @@ impl Gather {
             "rotation_rad": picture["rotation_rad"],
             "faults": picture["faults"],
             "bus_load": picture["bus_load"],
+            "recording": picture["recording"],
             "lost": picture["lost"],
         });
         self.to.send_replace(Snapshot { text: picture.to_string().into(), state });
@@ -124,6 +127,7 @@ impl Gather {
                 "dropouts": self.dropouts,
             },
             "scene": self.scene,
+            "recording": self.recording.as_ref().map(Recording::state),
             "playing": self.position.get().map(|(playing, _)| playing),
             "said": self.said,
             "lost": self.lost,

@@ -2,6 +2,7 @@
 
 mod apply;
 mod playing;
+mod recording;
 mod watching;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,6 +63,8 @@ pub struct Pilot {
     pub started: Instant,
     /// `None` where nothing can be changed.
     pub actions: Option<Sender<Action>>,
+    /// Whether recordings can be made.
+    pub can_record: bool,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -69,21 +72,27 @@ pub struct Pilot {
 impl Pilot {
     pub fn start(source: LinkSource, listener: Option<Box<dyn Listener>>) -> Self {
         let LinkSource { link, master, drive, watch_only } = source;
+        let can_record = drive.as_ref().is_some_and(|drive| drive.new_recording.is_some());
         let (actions, inbox) = channel();
-        Self::begin(master, (!watch_only).then_some(actions), |mut gather, shared| {
-            listener.into_iter().for_each(|listener| gather.add_listener(listener));
-            let Shared { image, position, stop } = shared;
-            let mut flight = Flight { bus: Bus { link, gather }, inbox, image, position, stop };
-            move || {
-                let flown = match drive {
-                    Some(drive) => flight.drive(&drive),
-                    None => flight.watch(watch_only),
-                };
-                if let Err(error) = flown {
-                    flight.bus.gather.lose(error.to_string());
+        let mut pilot =
+            Self::begin(master, (!watch_only).then_some(actions), |mut gather, shared| {
+                listener.into_iter().for_each(|listener| gather.add_listener(listener));
+                let Shared { image, position, stop } = shared;
+                let mut flight = Flight { bus: Bus { link, gather }, inbox, image, position, stop };
+                move || {
+                    let flown = match drive {
+                        Some(drive) => flight.drive(&drive),
+                        None => flight.watch(watch_only),
+                    };
+                    if let Err(error) = flown {
+                        flight.bus.gather.lose(error.to_string());
+                    }
+                    // Where none was under way there is nothing to end, and nobody is left to be told.
+                    let _ = flight.bus.gather.end_recording(None);
                 }
-            }
-        })
+            });
+        pilot.can_record = can_record;
+        pilot
     }
 
     /// Shows a device that another part of the program runs, until that lets go of its end of the channel.
@@ -106,7 +115,16 @@ impl Pilot {
         let gather = Gather::new(started, master, history.clone(), position.clone(), to);
         let shared = Shared { image: image.clone(), position, stop: Arc::clone(&stop) };
         let thread = std::thread::spawn(work(gather, shared));
-        Self { pictures, history, image, started, actions, stop, thread: Some(thread) }
+        Self {
+            pictures,
+            history,
+            image,
+            started,
+            actions,
+            can_record: false,
+            stop,
+            thread: Some(thread),
+        }
     }
 }
 

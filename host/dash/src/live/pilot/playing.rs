@@ -12,6 +12,7 @@ use cathforce_link::{Client, ClientError, Step};
 use serde_json::{Value, json};
 
 use super::apply::apply;
+use super::recording::record;
 use super::watching::Flight;
 use super::{InUse, STATUS, TICK};
 use crate::live::action::{Action, Reply, Wanted};
@@ -59,6 +60,8 @@ impl Flight {
                 break;
             }
         }
+        // Where no recording is under way there is none to end.
+        let _ = record(&mut client, &self.image, None, false);
         Ok(())
     }
 }
@@ -134,6 +137,10 @@ fn act(
             // A device that waits for its test is told so in any case.
             let mode = mode.map_or("not configured", Mode::name);
             answer(reply, Ok(json!({ "mode": mode })));
+        }
+        Wanted::Record(on) => {
+            let recorded = record(client, image, drive.new_recording.as_ref(), on);
+            answer(reply, recorded);
         }
         Wanted::Play(true) if mode != Some(Mode::Armed) => {
             let (command, mode) = (Command::Arm, Mode::Armed);

@@ -89,6 +89,11 @@ impl Flight {
     fn do_for_others(&mut self, wanted: Wanted) -> Result<Value, String> {
         let said = |error: ClientError| error.to_string();
         match wanted {
+            Wanted::Record(_) => {
+                Err("another program runs the device; `cathforce run` records what it does, and \
+                     `cathforce dash` with --bundle what is done from here"
+                    .into())
+            }
             Wanted::Play(_) => Err(
                 "another program moves the drives; start `cathforce dash` with --bundle to play \
                      a trial from here"
