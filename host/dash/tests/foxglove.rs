@@ -41,10 +41,9 @@ enum Heard {
         at_ns: u64,
         bytes: Vec<u8>,
     },
-    /// Status of the playback, and its time.
+    /// Status of the playback: 0 plays, 1 stands, 3 has ended.
     Playback {
         status: u8,
-        at_ns: u64,
         did_seek: bool,
     },
 }
