@@ -136,11 +136,14 @@ struct Playing {
     frame: usize,
     row: usize,
     again_ns: u64,
+    /// In lock step the frames to the device are ahead of its answers, and some of these are of before the time
+    /// that was sought: they are not sent.
+    from_ns: u64,
 }
 
 impl Playing {
     fn new(outlet: Outlet, recording: Recording) -> Self {
-        let mut playing = Self { outlet, recording, frame: 0, row: 0, again_ns: 0 };
+        let mut playing = Self { outlet, recording, frame: 0, row: 0, again_ns: 0, from_ns: 0 };
         playing.seek(0);
         playing
     }
@@ -181,7 +184,7 @@ impl Playing {
         self.frame = before.map(|frame| outlet.topics.pass_over(frame)).count();
         let rows = &recording.trial.rows;
         self.row = rows.partition_point(|row| row_ns(recording, row.t_s) < at_ns);
-        self.again_ns = at_ns;
+        (self.again_ns, self.from_ns) = (at_ns, at_ns);
     }
 
     fn send_until(&mut self, at_ns: u64) {
@@ -193,7 +196,10 @@ impl Playing {
         }
         while let Some(frame) = recording.frames.get(self.frame).filter(|f| f.at_ns <= at_ns) {
             let arrived_ns = recording.arrived_ns.get(self.frame).copied().unwrap_or(frame.at_ns);
-            let messages = outlet.topics.frame(frame, arrived_ns);
+            let mut messages = outlet.topics.frame(frame, arrived_ns);
+            if let Ok(messages) = &mut messages {
+                messages.retain(|message| message.at_ns >= self.from_ns);
+            }
             outlet.send(messages);
             self.frame += 1;
         }
