@@ -127,7 +127,7 @@ fn not_in_time(failure: Failure, client: &Client) -> Failure {
 }
 
 /// Time since 1970 \[ns\].
-fn unix_ns() -> u64 {
+pub fn unix_ns() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.ok().and_then(|since| u64::try_from(since.as_nanos()).ok()).unwrap_or(0)
 }

@@ -70,7 +70,7 @@ impl Watcher for Feed {
 /// How it is served. `names`: by which browsers may ask, beside `localhost`.
 pub fn options(listen: SocketAddr, names: Vec<String>) -> Options {
     let fault_pages = Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect();
-    Options { listen, names, token_folder: token_folder(), fault_pages }
+    Options { listen, names, token_folder: token_folder(), fault_pages, foxglove: None }
 }
 
 /// Warns where others of the network can reach it.
@@ -92,9 +92,11 @@ impl From<DashError> for Failure {
     fn from(error: DashError) -> Self {
         let code = match error {
             DashError::Vessel(_) => Code::Input,
-            DashError::Listen { .. } | DashError::Token { .. } | DashError::Served(_) => {
-                Code::Failed
-            }
+            DashError::WithoutFoxglove | DashError::NothingForFoxglove => Code::Usage,
+            DashError::Listen { .. }
+            | DashError::Foxglove { .. }
+            | DashError::Token { .. }
+            | DashError::Served(_) => Code::Failed,
         };
         Self::new(code, error.to_string())
     }

@@ -78,7 +78,14 @@ impl Shown {
         };
         let can_change = matches!(self, Self::Link { pilot, .. } if pilot.actions.is_some());
         let version = env!("CARGO_PKG_VERSION");
-        json!({ "kind": kind, "name": name, "can_change": can_change, "version": version })
+        let can_record = matches!(self, Self::Link { pilot, .. } if pilot.can_record);
+        json!({
+            "kind": kind,
+            "name": name,
+            "can_change": can_change,
+            "can_record": can_record,
+            "version": version,
+        })
     }
 
     /// How it is now, in short.
@@ -177,6 +184,8 @@ fn wanted(asked: &Value) -> Result<Wanted, String> {
         "self_test" => Ok(Wanted::SelfTest),
         "play" => Ok(Wanted::Play(true)),
         "pause" => Ok(Wanted::Play(false)),
+        "record" => Ok(Wanted::Record(true)),
+        "stop_recording" => Ok(Wanted::Record(false)),
         "acknowledge" => {
             let name = asked["fault"].as_str().unwrap_or_default();
             let fault = Fault::ALL.iter().find(|fault| fault.name() == name);
@@ -202,7 +211,8 @@ fn wanted(asked: &Value) -> Result<Wanted, String> {
             }
         }
         _ => Err(format!(
-            "`do` is `{what}`; give arm, disarm, self_test, play, pause, acknowledge or apply"
+            "`do` is `{what}`; give arm, disarm, self_test, play, pause, record, stop_recording, acknowledge or \
+             apply"
         )),
     }
 }

@@ -9,6 +9,11 @@
 mod answers;
 mod assets;
 mod diagnosis;
+#[cfg(feature = "foxglove")]
+mod foxglove;
+#[cfg(not(feature = "foxglove"))]
+#[path = "foxglove_left_out.rs"]
+mod foxglove;
 mod guard;
 mod live;
 mod recording;
@@ -18,5 +23,5 @@ mod tips;
 mod token_file;
 
 pub use diagnosis::read_diagnosis;
-pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, feed};
+pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, NewRecording, feed};
 pub use server::{DashError, MOST_VIEWERS, Options, Source, Started, serve};

@@ -24,6 +24,7 @@ use tokio::sync::Semaphore;
 
 use crate::answers::{Shown, Unanswered};
 use crate::assets::ASSETS;
+use crate::foxglove::Bridge;
 use crate::guard::{Guard, new_token};
 use crate::live::{FollowSource, LinkSource, Pilot};
 use crate::token_file;
@@ -73,6 +74,8 @@ pub struct Options {
     pub token_folder: PathBuf,
     /// Name and text of the page of each fault.
     pub fault_pages: Vec<(&'static str, &'static str)>,
+    /// Where Foxglove is served; a diagnosis has nothing for it.
+    pub foxglove: Option<SocketAddr>,
 }
 
 /// Where the server listens.
@@ -81,6 +84,8 @@ pub struct Started {
     pub address: SocketAddr,
     /// For a link: the file that holds the token. Only its owner may read it.
     pub token_file: Option<PathBuf>,
+    /// Where Foxglove is served.
+    pub foxglove: Option<SocketAddr>,
 }
 
 /// Why there is no server.
@@ -92,6 +97,20 @@ pub enum DashError {
     Listen { listen: SocketAddr, source: std::io::Error },
     #[error("cannot write the token into {}: {source}\n  fix: check the folder", path.display())]
     Token { path: PathBuf, source: std::io::Error },
+    #[error(
+        "cannot serve Foxglove on {listen}: {why}\n  fix: give another address to --foxglove; port 0 takes \
+         a free one"
+    )]
+    Foxglove { listen: SocketAddr, why: String },
+    #[error(
+        "this program was built without `--foxglove`\n  fix: build it with its feature `foxglove`, which is \
+         on by default: `cargo install --path host/cli`"
+    )]
+    WithoutFoxglove,
+    #[error(
+        "a diagnosis has no topics for Foxglove\n  fix: omit --foxglove, or give a link or a recording"
+    )]
+    NothingForFoxglove,
     #[error("the vessel in the recording: {0}")]
     Vessel(String),
     #[error("the server ended: {0}")]
@@ -120,18 +139,7 @@ pub fn serve(
         let failed = |source| DashError::Listen { listen: options.listen, source };
         let listener = tokio::net::TcpListener::bind(options.listen).await.map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let shown = match source {
-            Source::Link { name, source } => {
-                Shown::Link { name, pilot: Pilot::start(*source), scene: Default::default() }
-            }
-            Source::Run { name, source } => {
-                Shown::Link { name, pilot: Pilot::follow(source), scene: Default::default() }
-            }
-            Source::Recording { name, recording, analysis } => {
-                Shown::of_recording(name, &recording, &analysis).map_err(DashError::Vessel)?
-            }
-            Source::Diagnosis { name, answer } => Shown::of_diagnosis(name, &answer),
-        };
+        let (shown, bridge) = shown(source, options.foxglove).await?;
         let token = shown.source()["can_change"].as_bool().filter(|can| *can).map(|_| new_token());
         let token_file = token.as_ref().map(|token| TokenFile::write(&options, address, token));
         let token_file = token_file.transpose()?;
@@ -142,7 +150,11 @@ pub fn serve(
             viewers: Arc::new(Semaphore::new(MOST_VIEWERS)),
             faults: Value::Object(faults.map(|(name, text)| (name.to_owned(), text)).collect()),
         });
-        on_start(&Started { address, token_file: token_file.as_ref().map(|file| file.0.clone()) });
+        on_start(&Started {
+            address,
+            token_file: token_file.as_ref().map(|file| file.0.clone()),
+            foxglove: bridge.as_ref().map(Bridge::address),
+        });
         let ended = async {
             while !stop.load(Ordering::Relaxed) {
                 tokio::time::sleep(LOOK).await;
@@ -155,6 +167,43 @@ pub fn serve(
             () = ended => Ok(()),
         }
     })
+}
+
+/// Begins to show a source, to Foxglove too if that has an address.
+async fn shown(
+    source: Source,
+    foxglove: Option<SocketAddr>,
+) -> Result<(Shown, Option<Bridge>), DashError> {
+    let live = async |name: &str, master| match foxglove {
+        Some(listen) => {
+            let (bridge, listener) = Bridge::live(listen, name, master).await?;
+            Ok::<_, DashError>((Some(bridge), Some(listener)))
+        }
+        None => Ok((None, None)),
+    };
+    match source {
+        Source::Link { name, source } => {
+            let (bridge, listener) = live(&name, source.master).await?;
+            let pilot = Pilot::start(*source, listener);
+            Ok((Shown::Link { name, pilot, scene: Default::default() }, bridge))
+        }
+        Source::Run { name, source } => {
+            let (bridge, listener) = live(&name, Default::default()).await?;
+            let pilot = Pilot::follow(source, listener);
+            Ok((Shown::Link { name, pilot, scene: Default::default() }, bridge))
+        }
+        Source::Recording { name, recording, analysis } => {
+            let shown = Shown::of_recording(name.clone(), &recording, &analysis);
+            let shown = shown.map_err(DashError::Vessel)?;
+            let bridge = match foxglove {
+                Some(listen) => Some(Bridge::replay(listen, &name, *recording).await?),
+                None => None,
+            };
+            Ok((shown, bridge))
+        }
+        Source::Diagnosis { .. } if foxglove.is_some() => Err(DashError::NothingForFoxglove),
+        Source::Diagnosis { name, answer } => Ok((Shown::of_diagnosis(name, &answer), None)),
+    }
 }
 
 /// The file with the token, deleted at the end.

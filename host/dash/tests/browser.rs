@@ -3,48 +3,17 @@
 
 #![cfg(unix)]
 
+#[path = "support/program.rs"]
+mod program;
 mod support;
 
 use std::fs;
-use std::io::{BufReader, Read as _, Write as _};
-use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output};
 
-use serde_json::{Value, json};
+use program::{Dash, cathforce, example, program, text};
+use serde_json::json;
 use support::Browser;
-
-/// The program that the suite builds for all tests. It is no dependency of this library, so cargo does not
-/// name it here.
-fn program() -> PathBuf {
-    let test = std::env::current_exe().unwrap();
-    let path = test.parent().and_then(Path::parent).unwrap().join("cathforce");
-    let is_there = path.is_file();
-    assert!(
-        is_there,
-        "{}: build it with `cargo build --workspace --bin cathforce`",
-        path.display()
-    );
-    path
-}
-
-fn command() -> Command {
-    let mut command = Command::new(program());
-    command.env("NO_COLOR", "1");
-    command
-}
-
-fn cathforce<const N: usize>(arguments: [&str; N]) -> Output {
-    command().args(arguments).output().unwrap()
-}
-
-fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 #[track_caller]
 fn assert_fails(output: &Output, code: i32, words: &[&str]) {
@@ -62,64 +31,6 @@ const SHAPES: [(u32, u32, bool, &str); 4] = [
     (390, 844, false, "narrow-light"),
     (390, 844, true, "narrow-dark"),
 ];
-
-/// A `cathforce dash` that runs.
-struct Dash {
-    process: Child,
-    address: String,
-    token_file: Option<PathBuf>,
-}
-
-impl Dash {
-    fn start(arguments: &[&str]) -> Self {
-        let mut process = command()
-            .args(["dash", "--json", "--quiet", "--listen", "127.0.0.1:0"])
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        // It goes on after this answer, so no end of the text is awaited.
-        let out = BufReader::new(process.stdout.take().unwrap());
-        let said = serde_json::Deserializer::from_reader(out).into_iter::<Value>().next();
-        let Some(Ok(said)) = said else {
-            process.kill().unwrap();
-            panic!("it said {said:?}");
-        };
-        let address = said["address"].as_str().unwrap().to_owned();
-        let token_file = said["token_file"].as_str().map(PathBuf::from);
-        Self { process, address, token_file }
-    }
-
-    fn token(&self) -> String {
-        fs::read_to_string(self.token_file.as_ref().unwrap()).unwrap().trim().to_owned()
-    }
-
-    /// What `GET` of a path answers, asked without a browser.
-    fn get(&self, path: &str) -> Value {
-        let host = self.address.trim_start_matches("http://").trim_end_matches('/');
-        let mut stream = TcpStream::connect(host).unwrap();
-        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
-    }
-
-    /// Ends it as a terminal does.
-    fn end(mut self) {
-        let id = self.process.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-        assert!(self.process.wait().unwrap().success());
-        assert!(self.token_file.take().is_none_or(|path| !path.exists()));
-    }
-}
-
-impl Drop for Dash {
-    fn drop(&mut self) {
-        // One that has ended already is ended.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
 
 /// Where pictures of the pages are kept: `target/dash`.
 fn pictures() -> PathBuf {

@@ -30,6 +30,7 @@ impl Server {
                 listen: "127.0.0.1:0".parse().unwrap(),
                 names: vec!["lab.example".into()],
                 token_folder: std::env::temp_dir(),
+                foxglove: None,
                 fault_pages: vec![("EncoderLost", "# EncoderLost\n\n<b>text</b>")],
             };
             serve(source, options, &ended, |started| told.send(started.clone()).unwrap()).unwrap();

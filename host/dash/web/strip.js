@@ -33,7 +33,8 @@ export class Strip {
     this.arm = el("button", { type: "button", id: "arm", onclick: () => this.app.change({ do: this.armed ? "disarm" : "arm" }) }, "Arm");
     this.play = el("button", { type: "button", id: "play-trial", hidden: true, onclick: () => this.app.change({ do: this.playing ? "pause" : "play" }) }, "Play trial");
     this.test = el("button", { type: "button", onclick: ask("self_test"), hidden: true }, "Self-test");
-    return [this.arm, this.play, this.test];
+    this.record = el("button", { type: "button", id: "record", hidden: !this.app.source.can_record, onclick: () => this.app.change({ do: this.recording ? "stop_recording" : "record" }) }, "Record");
+    return [this.arm, this.play, this.test, this.record];
   }
 
   draw(frame, age) {
@@ -49,13 +50,23 @@ export class Strip {
     if (this.app.source.kind !== "link") return;
     this.age(age);
     say(load.value, percent(frame.bus_load));
-    say(recording.value, "off");
+    this.recorded(frame.recording);
     if (!this.arm) return;
     say(this.arm, frame.armed ? "Disarm" : "Arm");
     this.playing = frame.playing?.playing ?? false;
     this.play.hidden = !frame.playing;
     say(this.play, this.playing ? "Pause trial" : "Play trial");
     this.test.hidden = Boolean(frame.playing) || frame.mode !== "boot";
+  }
+
+  /** Whether this program records, how long already, and into which file. */
+  recorded(state) {
+    const { whole, value } = this.items.recording;
+    this.recording = Boolean(state);
+    say(value, state ? `● ${number(state.s, 0)} s` : "off");
+    whole.title = state ? `Recording into ${state.file}` : "Whether this program records";
+    whole.className = `item ${state ? "warn" : ""}`;
+    if (this.record) say(this.record, state ? "Stop recording" : "Record");
   }
 
   age(ms) {

@@ -38,6 +38,9 @@ pub use candump::{
     write_candump,
 };
 pub use container::{Cut, Damage};
+pub use decoding::live::{
+    MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, TopicError, TopicMessage, Topics,
+};
 pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };

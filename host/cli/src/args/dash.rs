@@ -16,6 +16,19 @@ pub struct DashArguments {
     /// is no address of this computer alone.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7410")]
     pub listen: SocketAddr,
+    /// Serve Foxglove too, with the topics of a recording: `ws://` and this address is what to open there.
+    /// Without an address, this computer alone and Foxglove's usual port.
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "127.0.0.1:8765"
+    )]
+    pub foxglove: Option<SocketAddr>,
+    /// Write the layout for Foxglove into this file, to be imported there.
+    #[arg(long, value_name = "FILE", requires = "foxglove")]
+    pub foxglove_layout: Option<PathBuf>,
     /// Name of this computer under which browsers may ask, besides localhost. May be repeated.
     #[arg(long = "host", value_name = "NAME")]
     pub hosts: Vec<String>,
@@ -32,6 +45,9 @@ pub struct DashArguments {
     /// Let the device's own clock run its ticks.
     #[arg(long, requires = "bundle")]
     pub free: bool,
+    /// Folder for the recordings that are started from the page.
+    #[arg(long, value_name = "FOLDER", default_value = ".", requires = "bundle")]
+    pub recordings: PathBuf,
     /// Send nothing to the device: the vessel and the settings are not known then, and nothing can be
     /// changed.
     #[arg(long)]

@@ -3,17 +3,22 @@
 use std::io::{Write as _, stdout};
 use std::path::Path;
 
-use cathforce_dash::{Drive, LinkSource, Measurement, Source, Started, serve};
+use cathforce_bundle::Bundle;
+use cathforce_dash::{
+    Drive, LinkSource, Measurement, NewRecording, Options, Source, Started, serve,
+};
 use cathforce_link::Step;
-use cathforce_recording::{analyse, is_recording};
+use cathforce_recording::{Attachments, Recorder, RunInfo, analyse, is_recording};
 use serde_json::json;
 
 use super::run::{encoder, pick, tendons};
 use crate::args::{DashArguments, link_address};
 use crate::failure::{Code, Failure};
 use crate::image::image;
-use crate::open::{open_bundle, open_recording, read_bytes};
-use crate::session::interrupt_flag;
+use crate::open::{open_bundle, open_recording, read_bytes, read_text, vessel_files};
+use crate::output::{Kind, write_again};
+use crate::run_info::info;
+use crate::session::{DBC, interrupt_flag, unix_ns};
 use crate::settings::master_of;
 use crate::ui::Ui;
 use crate::web::{options, warn_of_the_network};
@@ -21,10 +26,21 @@ use crate::web::{options, warn_of_the_network};
 /// A measured force is drawn until the next row, if that comes within this time \[s\].
 const MEASURED_WITHIN_S: f64 = 0.1;
 
+/// What Foxglove draws of our topics.
+const FOXGLOVE_LAYOUT: &str = include_str!("../../../../docs/layouts/foxglove.json");
+
 pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
     let source = source(ui, arguments)?;
-    let options = options(arguments.listen, arguments.hosts.clone());
+    if let Some(path) = &arguments.foxglove_layout {
+        write_again(path, Kind::Json, FOXGLOVE_LAYOUT)?;
+        ui.say(format_args!("wrote the layout for Foxglove: {}", path.display()));
+    }
+    let foxglove = arguments.foxglove;
+    let options = Options { foxglove, ..options(arguments.listen, arguments.hosts.clone()) };
     warn_of_the_network(ui, arguments.listen);
+    if foxglove.is_some_and(|listen| !listen.ip().is_loopback()) {
+        ui.warn("every computer of the network can read what is served for Foxglove");
+    }
     // Until then Ctrl-C ends this program as any other.
     let interrupted = interrupt_flag()?;
     let mut printed = Ok(());
@@ -40,7 +56,12 @@ fn print(ui: &Ui, started: &Started) -> Result<(), Failure> {
     if let Some(path) = &token_file {
         text += &format!("token: {path}\n");
     }
-    ui.data(&json!({ "address": address, "token_file": token_file }), text)?;
+    let foxglove = started.foxglove.map(|address| format!("ws://{address}"));
+    if let Some(address) = &foxglove {
+        text += &format!("foxglove: {address}\n");
+    }
+    let data = json!({ "address": address, "token_file": token_file, "foxglove": foxglove });
+    ui.data(&data, text)?;
     // A program that waits for the address reads it from a pipe.
     stdout().flush().map_err(|e| Failure::new(Code::Failed, format!("cannot write to stdout: {e}")))
 }
@@ -104,10 +125,38 @@ fn link(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
     Ok(Source::Link { name: address, source: Box::new(source) })
 }
 
+/// Makes files for recordings of this rig in the folder for them.
+fn new_recording(
+    bundle: &Bundle,
+    number: u32,
+    arguments: &DashArguments,
+) -> Result<NewRecording, Failure> {
+    let folder = arguments.recordings.clone();
+    if !folder.is_dir() {
+        let message = format!(
+            "--recordings {}: there is no such folder\n  fix: make it, or give another one",
+            folder.display()
+        );
+        return Err(Failure::new(Code::Usage, message));
+    }
+    let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
+    let vessel = vessel_files(bundle)?;
+    let known = info(&arguments.source, bundle, &format!("{number:03}"));
+    Ok(Box::new(move |image: &[u8]| {
+        let started_unix_ns = unix_ns();
+        let path = folder.join(format!("dash-{}.mcap", started_unix_ns / 1_000_000));
+        let info = RunInfo { started_unix_ns, ..known.clone() };
+        let vessel = vessel.iter().map(|(name, bytes)| (*name, &bytes[..])).collect::<Vec<_>>();
+        let attachments = Attachments { image, rig_toml: &rig_toml, dbc: DBC, vessel: &vessel };
+        let recorder = Recorder::create(&path, &info, attachments);
+        recorder.map(|recorder| (path, recorder)).map_err(|error| error.to_string())
+    }))
+}
+
 /// The trial of a bundle, to be played on the device.
 fn drive(ui: &Ui, arguments: &DashArguments, path: &Path) -> Result<Drive, Failure> {
     let bundle = open_bundle(ui, path)?;
-    let (_, trial) = pick(&bundle, arguments.trial)?;
+    let (number, trial) = pick(&bundle, arguments.trial)?;
     let trial = trial.clone();
     let Some(columns) = trial.catheter().cloned() else {
         let message = format!(
@@ -117,6 +166,7 @@ fn drive(ui: &Ui, arguments: &DashArguments, path: &Path) -> Result<Drive, Failu
         return Err(Failure::input(message));
     };
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
+    let new_recording = new_recording(&bundle, number, arguments)?;
     let start_s = trial.t_s.first().copied().unwrap_or(0.0);
     let (duration_s, times) = (trial.duration_s(), trial.t_s.clone());
     let pulled = columns.tendons_m.len();
@@ -141,5 +191,6 @@ fn drive(ui: &Ui, arguments: &DashArguments, path: &Path) -> Result<Drive, Failu
         measured_at: Box::new(measured_at),
         duration_s,
         play: arguments.play,
+        new_recording: Some(new_recording),
     })
 }

@@ -25,6 +25,8 @@ pub enum Wanted {
     Acknowledge(Fault),
     /// Settings and the tip; they are read back.
     Apply(Changes),
+    /// Starts or stops a recording.
+    Record(bool),
     /// Starts or stops the motion of a trial that this program plays.
     Play(bool),
 }
@@ -37,7 +39,7 @@ impl Wanted {
             Self::Arm => Some((Command::Arm, Mode::Armed)),
             Self::Disarm => Some((Command::Disarm, Mode::Ready)),
             Self::SelfTest => Some((Command::SelfTest, Mode::Ready)),
-            Self::Acknowledge(_) | Self::Apply(_) | Self::Play(_) => None,
+            Self::Acknowledge(_) | Self::Apply(_) | Self::Record(_) | Self::Play(_) => None,
         }
     }
 }

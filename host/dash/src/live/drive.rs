@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::action::Reply;
+use super::record::NewRecording;
 
 /// Ticks after which a command is sent again: a device does not arm in a tick that it has not resolved.
 const COMMAND_EVERY_TICKS: u32 = 50;
@@ -30,6 +31,8 @@ pub struct Drive {
     pub duration_s: f64,
     /// Arms and begins without being asked.
     pub play: bool,
+    /// Makes the file of a recording that somebody with the token asks for.
+    pub new_recording: Option<NewRecording>,
 }
 
 /// Where the trial that is played stands.

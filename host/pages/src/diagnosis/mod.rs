@@ -32,13 +32,28 @@ pub fn diagnosis_page(answer: &Diagnosis) -> String {
     );
     let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
     let parts = [unnoticed, places, which, left, how_far, band, remarks, again];
-    body.extend(parts.map(|part| part(answer)));
+    body += &with_contents(&parts.map(|part| part(answer)).concat());
     format!(
         "<!doctype html>\n<html lang=en><meta charset=utf-8>\
          <meta name=viewport content=\"width=device-width,initial-scale=1\">\
          <title>{}</title><style>{STYLE}</style><body>{body}</body></html>\n",
         escape(&format!("Gap of {}", answer.bundle))
     )
+}
+
+/// Sections with a list of their headings before them. Text of others is escaped, so that only our own
+/// headings begin a section.
+fn with_contents(html: &str) -> String {
+    const HEADING: &str = "<h2>";
+    let sections = html.split(HEADING).skip(1).enumerate();
+    let (mut list, mut body) = (String::new(), String::new());
+    for (k, section) in sections {
+        let title = section.split("</h2>").next().unwrap_or_default();
+        // Writing to a string does not fail.
+        let _ = write!(list, "<li><a href=\"#part-{k}\">{title}</a>");
+        let _ = write!(body, "<section id=\"part-{k}\">{HEADING}{section}</section>");
+    }
+    format!("<nav aria-label=Contents><ul>{list}</ul></nav>{body}")
 }
 
 /// An effect in words, with its identifier for whoever points at it.
@@ -256,15 +271,27 @@ fn how_far(answer: &Diagnosis) -> String {
     )
 }
 
+/// What each column of the band is of. A drive and a transmission have one quantity, in the first column.
+fn banded(answer: &Diagnosis) -> [String; 4] {
+    let only = answer.series.iter().map(|series| series.channel.as_str());
+    let mut only =
+        only.filter(|name| name.starts_with("drive_command_") || name.starts_with("output_"));
+    match only.next() {
+        Some(name) => [wording::channel(name), String::new(), String::new(), String::new()],
+        None => [
+            "force on the vessel x",
+            "force on the vessel y",
+            "force on the vessel z",
+            "force behind the guide",
+        ]
+        .map(str::to_owned),
+    }
+}
+
 fn band(answer: &Diagnosis) -> String {
     let Some(band) = &answer.band else { return String::new() };
     let mut rows = String::new();
-    let names = [
-        "force on the vessel x",
-        "force on the vessel y",
-        "force on the vessel z",
-        "force behind the guide",
-    ];
+    let names = banded(answer);
     for (name, covered) in names.iter().zip(&band.coverage.channels) {
         if let (Some(share), Some(half_width_n)) = (covered.share(), covered.half_width_n()) {
             let _ = write!(
@@ -345,6 +372,19 @@ mod tests {
         assert!(json["force_mae_N"]["floor"].is_f64() && json["tip_frechet_m"].is_null());
         // One map of the force a trial.
         assert_eq!(page.matches("Force error of the nominal model").count(), 4);
+    }
+
+    #[test]
+    fn every_section_is_in_the_list_of_contents() {
+        let page = diagnosis_page(&bounded(10.4));
+        let listed = page.matches("<li><a href=\"#part-").count();
+        assert_eq!(listed, page.matches("<h2>").count());
+        for k in 0..listed {
+            assert_eq!(page.matches(&format!("<section id=\"part-{k}\"><h2>")).count(), 1);
+        }
+        assert!(
+            page.contains(">Which</a>") && page.find("<nav").unwrap() < page.find("<h2>").unwrap()
+        );
     }
 
     /// A slope that the effect's bounds let it explain up to 10.

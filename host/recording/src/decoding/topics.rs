@@ -35,34 +35,44 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    pub(crate) fn add<W: Write + Seek>(writer: &mut mcap::Writer<W>) -> Result<Self, McapError> {
-        fn add<M: Message>(
-            writer: &mut mcap::Writer<impl Write + Seek>,
-            topic: &str,
-        ) -> Result<u16, McapError> {
-            let text = M::schema();
-            let schema = writer.add_schema(M::NAME, layout::SCHEMA_ENCODING, text.as_bytes())?;
-            writer.add_channel(schema, topic, layout::MESSAGE_ENCODING, &BTreeMap::new())
-        }
+    /// Adds every channel by `add`, which gets the topic, the type of its messages and the schema of that
+    /// type, and gives the channel's number.
+    pub(crate) fn add<E>(
+        mut add: impl FnMut(&'static str, &'static str, String) -> Result<u16, E>,
+    ) -> Result<Self, E> {
+        let mut add_of = |topic, (name, schema)| add(topic, name, schema);
         Ok(Self {
-            to_device: add::<CanFrame>(writer, layout::TO_DEVICE)?,
-            to_host: add::<CanFrame>(writer, layout::TO_HOST)?,
-            dropouts: add::<DropoutMessage>(writer, layout::DROPOUTS)?,
-            transforms: add::<TfMessage>(writer, layout::TRANSFORMS)?,
-            measured: add::<MeasuredRow>(writer, layout::MEASURED)?,
-            status: add::<Status>(writer, layout::STATUS)?,
-            drive: add::<Joints<'_>>(writer, layout::DRIVE)?,
-            drive_load: add::<Joints<'_>>(writer, layout::DRIVE_LOAD)?,
-            force: add::<WrenchStamped>(writer, layout::FORCE)?,
-            shape: add::<PointCloud2>(writer, layout::SHAPE)?,
-            state: add::<OperatingState>(writer, layout::STATE)?,
-            wire: add::<Joints<'_>>(writer, layout::WIRE)?,
-            wire_load: add::<Joints<'_>>(writer, layout::WIRE_LOAD)?,
-            tendons: add::<Joints<'_>>(writer, layout::TENDONS)?,
-            operator: add::<WrenchStamped>(writer, layout::OPERATOR)?,
-            sensor: add::<WrenchStamped>(writer, layout::SENSOR)?,
+            to_device: add_of(layout::TO_DEVICE, kind::<CanFrame>())?,
+            to_host: add_of(layout::TO_HOST, kind::<CanFrame>())?,
+            dropouts: add_of(layout::DROPOUTS, kind::<DropoutMessage>())?,
+            transforms: add_of(layout::TRANSFORMS, kind::<TfMessage>())?,
+            measured: add_of(layout::MEASURED, kind::<MeasuredRow>())?,
+            status: add_of(layout::STATUS, kind::<Status>())?,
+            drive: add_of(layout::DRIVE, kind::<Joints<'_>>())?,
+            drive_load: add_of(layout::DRIVE_LOAD, kind::<Joints<'_>>())?,
+            force: add_of(layout::FORCE, kind::<WrenchStamped>())?,
+            shape: add_of(layout::SHAPE, kind::<PointCloud2>())?,
+            state: add_of(layout::STATE, kind::<OperatingState>())?,
+            wire: add_of(layout::WIRE, kind::<Joints<'_>>())?,
+            wire_load: add_of(layout::WIRE_LOAD, kind::<Joints<'_>>())?,
+            tendons: add_of(layout::TENDONS, kind::<Joints<'_>>())?,
+            operator: add_of(layout::OPERATOR, kind::<WrenchStamped>())?,
+            sensor: add_of(layout::SENSOR, kind::<WrenchStamped>())?,
         })
     }
+
+    /// Adds every channel to a file.
+    pub(crate) fn add_to<W: Write + Seek>(writer: &mut mcap::Writer<W>) -> Result<Self, McapError> {
+        Self::add(|topic, name, schema| {
+            let schema = writer.add_schema(name, layout::SCHEMA_ENCODING, schema.as_bytes())?;
+            writer.add_channel(schema, topic, layout::MESSAGE_ENCODING, &BTreeMap::new())
+        })
+    }
+}
+
+/// Name and schema of a type of messages.
+fn kind<M: Message>() -> (&'static str, String) {
+    (M::NAME, M::schema())
 }
 
 /// Channel, time \[ns\] and bytes of each message.
@@ -77,6 +87,16 @@ pub(crate) struct Publisher {
 }
 
 impl Publisher {
+    /// The next tick says its mode, changed or not.
+    pub(crate) fn say_mode_again(&mut self) {
+        self.mode = None;
+    }
+
+    /// Remembers of a tick that is not published what later ones need.
+    pub(crate) fn pass_over(&mut self, tick: &TickEstimate) {
+        self.moment_n_m = tick.moment_n_m.unwrap_or(self.moment_n_m);
+    }
+
     pub(crate) fn tick(&mut self, tick: &TickEstimate, to: &Channels) -> Published {
         let at_ns = tick.at_ns;
         let mut out = Vec::new();

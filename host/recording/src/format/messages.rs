@@ -7,6 +7,8 @@ use std::borrow::Cow;
 use byteorder::LittleEndian;
 use serde::{Deserialize, Serialize};
 
+use super::dropout::Dropout;
+
 /// Plain CDR, little endian, as ROS 2 writes it.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
@@ -357,6 +359,18 @@ pub(crate) struct DropoutMessage {
     pub cause: Cow<'static, str>,
     pub id: u32,
     pub frames: u32,
+}
+
+impl DropoutMessage {
+    pub(crate) fn of(dropout: &Dropout) -> Self {
+        Self {
+            header: Header::new(dropout.to_ns, ""),
+            from_ns: dropout.from_ns,
+            cause: dropout.cause.name().into(),
+            id: dropout.id.unwrap_or_default(),
+            frames: dropout.frames,
+        }
+    }
 }
 
 message!(

@@ -17,7 +17,7 @@ use crate::format::dropout::Dropout;
 use crate::format::frame::BusFrame;
 use crate::format::info::{RunInfo, RunResult};
 use crate::format::layout;
-use crate::format::messages::{DropoutMessage, Header, Message, TfMessage, to_cdr};
+use crate::format::messages::{DropoutMessage, Message, TfMessage, to_cdr};
 use crate::format::trial::Measured;
 
 /// Attachments that make a recording stand alone.
@@ -159,13 +159,7 @@ impl Recorder {
 
     /// Records frames that the recorder never got.
     pub fn dropout(&mut self, dropout: &Dropout) -> Result<(), WriteError> {
-        let message = DropoutMessage {
-            header: Header::new(dropout.to_ns, ""),
-            from_ns: dropout.from_ns,
-            cause: dropout.cause.name().into(),
-            id: dropout.id.unwrap_or_default(),
-            frames: dropout.frames,
-        };
+        let message = DropoutMessage::of(dropout);
         self.put(&header(self.channels.dropouts, dropout.to_ns), &message)
     }
 
@@ -267,7 +261,7 @@ fn open(
             data: data.into(),
         })?;
     }
-    let channels = Channels::add(&mut writer)?;
+    let channels = Channels::add_to(&mut writer)?;
     if let Some(config) = config {
         let entry_m = config.model.description().entry.position_m.map(f64::from);
         let bytes = to_cdr(&TfMessage::entry(entry_m)).map_err(encoding)?;

@@ -1,77 +1,42 @@
 //! One picture of the present, from the frames of a bus.
 
+mod history;
+mod picture;
+
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use axum::extract::ws::Utf8Bytes;
 use cathforce_bus::master::Master;
 use cathforce_bus::service::{Load, Status};
 use cathforce_bus::{Direction, Frame, Id, Process};
 use cathforce_control::{Fault, Mode};
 use cathforce_recording::latency::age_s;
-use cathforce_recording::{BusFrame, Decoder, DropoutCause, TickEstimate, direction};
+use cathforce_recording::{
+    BusFrame, Decoder, DropoutCause, Measured, RunResult, TickEstimate, direction,
+};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use tokio::sync::watch;
 
-use super::drive::Position;
+pub use history::History;
+pub use picture::Snapshot;
+
+use super::drive::{Measurement, Position};
 use super::faults::Faults;
+use super::listener::Listener;
+use super::record::{NewRecording, Recording};
 use super::timing::{Stage, Times};
 use super::twin::Twin;
+use history::Point;
 
 /// From one picture to the next: a browser draws 60 a second.
 const PICTURE: Duration = Duration::from_micros(16_667);
-/// From one summary of the times to the next.
-const SUMMARY: Duration = Duration::from_millis(500);
 /// Over which rates and load are counted.
 const WINDOW: Duration = Duration::from_secs(1);
-/// Points in a picture: a viewer that misses a few pictures still draws a whole line.
-const POINTS: usize = 12;
-/// Points of the history for a viewer that comes: a minute.
-const HISTORY: usize = 3600;
 /// Numbers of lost ticks that are kept.
 const LOST: usize = 50;
 /// A tick so long after the last grant was not granted.
 const GRANTED_WITHIN: Duration = Duration::from_millis(200);
-
-/// What every viewer gets.
-#[derive(Clone, Debug, Default)]
-pub struct Snapshot {
-    /// The picture as JSON, written once for all viewers.
-    pub text: Utf8Bytes,
-    /// The same in short, for programs.
-    pub state: Value,
-}
-
-/// Time \[s\]; fx, fy, fz, drive \[N\], torque \[N·m\]; measured fx, fy, fz, drive \[N\]; half widths of
-/// fx, fy, fz, drive \[N\].
-type Point = [Option<f32>; 14];
-
-/// The last minute, shared with the server.
-#[derive(Clone, Debug, Default)]
-pub struct History(Arc<Mutex<VecDeque<(u64, Point)>>>);
-
-impl History {
-    fn push(&self, number: u64, point: Point) {
-        let mut points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if points.len() == HISTORY {
-            points.pop_front();
-        }
-        points.push_back((number, point));
-    }
-
-    /// Numbers and points, oldest first.
-    pub fn json(&self) -> Value {
-        let points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        json!(points.iter().collect::<Vec<_>>())
-    }
-
-    fn latest(&self) -> Vec<(u64, Point)> {
-        let points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        points.range(points.len().saturating_sub(POINTS)..).copied().collect()
-    }
-}
 
 /// Forces as they were heard last \[N, N·m\].
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -138,6 +103,10 @@ pub struct Gather {
     said: Option<String>,
     lost: Option<String>,
     sequence: u64,
+    listeners: Vec<Box<dyn Listener>>,
+    recording: Option<Recording>,
+    /// What the sensor said last.
+    measured: Option<Measurement>,
     to: watch::Sender<Snapshot>,
 }
 
@@ -194,13 +163,56 @@ impl Gather {
             said: None,
             lost: None,
             sequence: 0,
+            listeners: Vec::new(),
+            recording: None,
+            measured: None,
             to,
+        }
+    }
+
+    /// Lets somebody hear the bus.
+    pub fn add_listener(&mut self, listener: Box<dyn Listener>) {
+        self.listeners.push(listener);
+    }
+
+    /// Begins a recording of a device with this image; gives its file.
+    pub fn begin_recording(&mut self, new: &NewRecording, image: &[u8]) -> Result<Value, String> {
+        if self.recording.is_some() {
+            return Err("a recording is under way; stop it first".to_owned());
+        }
+        let recording = Recording::begin(new, image)?;
+        let state = recording.state();
+        self.recording = Some(recording);
+        Ok(state)
+    }
+
+    /// Ends the recording; gives its file and length. `result`: what the device said at the end.
+    pub fn end_recording(&mut self, result: Option<RunResult>) -> Result<Value, String> {
+        let recording = self.recording.take();
+        recording.ok_or("there is no recording to stop")?.end(result)
+    }
+
+    /// Notices that nothing more is written.
+    fn check_recording(&mut self) {
+        if let Some(error) = self.recording.as_ref().and_then(Recording::take_error) {
+            self.recording = None;
+            self.said = Some(error.to_string());
         }
     }
 
     /// The device uses this image from now on; the host's copy of the tick begins anew with it.
     pub fn image(&mut self, image: &[u8], lock_step: bool) {
         self.scene += 1;
+        if self.recording.is_some() {
+            let ended = self.end_recording(None);
+            self.said = Some(match ended {
+                Ok(_) => "the device was configured anew, which ended the recording".to_owned(),
+                Err(why) => why,
+            });
+        }
+        for listener in &mut self.listeners {
+            listener.begins(image);
+        }
         self.bus_nodes.clear();
         self.twin = Twin::new(image.to_vec(), lock_step).ok();
         self.master = cathforce_config::image::master(image).unwrap_or_default();
@@ -225,6 +237,11 @@ impl Gather {
     /// Nothing more will come.
     pub fn lose(&mut self, why: String) {
         self.lost = Some(why);
+        if self.recording.is_some()
+            && let Err(why) = self.end_recording(None)
+        {
+            self.said = Some(why);
+        }
         self.publish();
     }
 
@@ -265,6 +282,12 @@ impl Gather {
 
     /// Takes a frame whose sender is known.
     pub fn frame(&mut self, direction: Direction, frame: &Frame) {
+        for listener in &mut self.listeners {
+            listener.frame(direction, frame);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.frame(direction, frame);
+        }
         let (now, id) = (Instant::now(), Id::from_raw(frame.id()));
         let bits = if id == Some(Id::Sync) { 0 } else { frame.most_bits() };
         self.recent.push_back((now, bits, id));
@@ -383,6 +406,7 @@ impl Gather {
         if let Some(age_ticks) = tick.encoder_age_ticks {
             self.age_in_device_s = age_s(age_ticks);
         }
+        self.tell_measured();
         let Forces { fx, fy, fz, drive, torque, .. } = self.forces;
         let [mx, my, mz, md] = self.measured().unwrap_or([None; 4]);
         let [bx, by, bz, bd] = self.band_n;
@@ -396,6 +420,39 @@ impl Gather {
         }
     }
 
+    /// Tells the listeners what a sensor has measured anew.
+    fn tell_measured(&mut self) {
+        let Some((playing, Some(measured))) = self.position.get() else { return };
+        if self.measured.replace(measured) == Some(measured) {
+            return;
+        }
+        let Measurement([fx, fy, fz, drive]) = measured;
+        let axes = [fx, fy, fz].map(|axis| axis.map(f64::from));
+        let force_n = match axes {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        };
+        let Some((insertion_m, rotation_rad)) = self.insertion_m.zip(self.rotation_rad) else {
+            return;
+        };
+        let row = Measured {
+            t_s: playing.t_s,
+            insertion_m: insertion_m.into(),
+            rotation_rad: rotation_rad.into(),
+            force_n,
+            drive_force_n: drive.map(f64::from),
+            tip_m: None,
+            guidewire: None,
+            tendons_m: Default::default(),
+        };
+        for listener in &mut self.listeners {
+            listener.measured(&row);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.measured(&row);
+        }
+    }
+
     fn measured(&self) -> Option<[Option<f32>; 4]> {
         self.position.get()?.1.map(|measured| measured.0)
     }
@@ -405,112 +462,6 @@ impl Gather {
         if self.published_at.elapsed() >= PICTURE {
             self.publish();
         }
-    }
-
-    fn publish(&mut self) {
-        let now = Instant::now();
-        self.published_at = now;
-        while self.recent.front().is_some_and(|(at, ..)| now.duration_since(*at) > WINDOW) {
-            self.recent.pop_front();
-        }
-        if let Some(point) = self.point.take() {
-            self.points += 1;
-            self.history.push(self.points, point);
-        }
-        if let Some(at) = self.heard_at.filter(|_| self.ticks > self.published_ticks) {
-            self.published_ticks = self.ticks;
-            self.publishing.push(now.duration_since(at).as_secs_f64());
-        }
-        if now.duration_since(self.summed_up_at) >= SUMMARY {
-            self.summed_up_at = now;
-            let stages = [
-                self.answer.stage(
-                    "bus and tick",
-                    "from the encoder's frame to the first frame of the tick that used it",
-                ),
-                self.in_device.stage("waiting in the device", "from the sample to its tick"),
-                self.publishing.stage("gathering", "from the tick's frame to the picture of it"),
-            ];
-            self.stages = stages.into_iter().flatten().collect();
-        }
-        self.sequence += 1;
-        let picture = self.picture(now);
-        let state = json!({
-            "source": "link",
-            "mode": picture["mode"],
-            "armed": picture["armed"],
-            "fault": picture["fault"],
-            "tick": picture["tick"],
-            "server_ms": picture["server_ms"],
-            "sample_ms": picture["sample_ms"],
-            "heard_ms": picture["heard_ms"],
-            "forces": picture["forces"],
-            "insertion_m": picture["insertion_m"],
-            "rotation_rad": picture["rotation_rad"],
-            "faults": picture["faults"],
-            "bus_load": picture["bus_load"],
-            "lost": picture["lost"],
-        });
-        self.to.send_replace(Snapshot { text: picture.to_string().into(), state });
-    }
-
-    fn picture(&self, now: Instant) -> Value {
-        let ms = |at: Instant| 1e3 * at.duration_since(self.started).as_secs_f64();
-        let count = |wanted: Id| self.recent.iter().filter(|(.., id)| *id == Some(wanted)).count();
-        let bits: u64 = self.recent.iter().map(|(_, bits, _)| u64::from(*bits)).sum();
-        let mode = self.mode.map_or("not configured", Mode::name);
-        let twin = self.twin.as_ref();
-        let followed = twin.filter(|twin| {
-            matches!(twin.mode(), Some(Mode::Ready | Mode::Armed | Mode::Ramp { .. }))
-        });
-        let nodes = followed.map(Twin::nodes).filter(|nodes| !nodes.is_empty());
-        let from = if nodes.is_some() { "host" } else { "bus" };
-        let nodes = nodes.unwrap_or_else(|| self.bus_nodes.clone());
-        let rounded = |x: f32, unit: f32| (x / unit).round() as i32;
-        json!({
-            "sequence": self.sequence,
-            "server_ms": ms(now),
-            "sample_ms": self.sample_at.map(ms),
-            "heard_ms": self.heard_at.map(ms),
-            "mode": self.has_mode.then_some(mode),
-            "armed": matches!(self.mode, Some(Mode::Armed)),
-            "fault": self.mode.and_then(Mode::fault).map(Fault::name),
-            "tick": self.heard_at.map(|_| self.next_tick.wrapping_sub(1)),
-            "ticks": self.ticks,
-            "tick_hz": count(Id::Haptic),
-            "encoder_hz": count(Id::Encoder),
-            "bus_load": bits as f64 / 1e6,
-            "lock_step": self.granted_at.is_some(),
-            "unresolved_ticks": self.unresolved_ticks,
-            "limited": self.limited,
-            "forces": self.forces,
-            "band_N": self.band_n,
-            "measured_N": self.measured(),
-            "insertion_m": self.insertion_m,
-            "rotation_rad": self.rotation_rad,
-            "haptic_force_N": self.haptic[0],
-            "haptic_torque_N_m": self.haptic[1],
-            "points": self.history.latest(),
-            "shape": {
-                "from": from,
-                // In 10 µm and 0.1 mN.
-                "at": nodes.iter().flat_map(|(at, _)| at.map(|x| rounded(x, 1e-5))).collect::<Vec<_>>(),
-                "force": nodes.iter().flat_map(|(_, f)| f.map(|x| rounded(x, 1e-4))).collect::<Vec<_>>(),
-            },
-            "twin": twin.map(|twin| json!({ "agreed": twin.agreed, "differed": twin.differed })),
-            "faults": self.faults,
-            "timing": {
-                "stages": self.stages,
-                "lost_ticks": self.lost_ticks,
-                "load": self.load,
-                "rejected_frames": self.rejected,
-                "dropouts": self.dropouts,
-            },
-            "scene": self.scene,
-            "playing": self.position.get().map(|(playing, _)| playing),
-            "said": self.said,
-            "lost": self.lost,
-        })
     }
 }
 

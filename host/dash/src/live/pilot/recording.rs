@@ -1,0 +1,45 @@
+//! Recordings begin and end, between two ticks.
+
+use cathforce_bus::Counter;
+use cathforce_link::{Client, ClientError};
+use cathforce_recording::RunResult;
+use serde_json::Value;
+
+use super::InUse;
+use crate::live::bus::Bus;
+use crate::live::record::NewRecording;
+
+/// Begins or ends a recording; gives its file and length, or says why not.
+pub(super) fn record(
+    client: &mut Client<&mut Bus>,
+    in_use: &InUse,
+    new: Option<&NewRecording>,
+    on: bool,
+) -> Result<Value, String> {
+    if !on {
+        // A device that does not answer leaves a recording without its own figures.
+        let said = said(client).ok();
+        return client.link_mut().gather.end_recording(said);
+    }
+    let new = new.ok_or("this program was started without a place for recordings")?;
+    let image = in_use.get().ok_or("the device has no configuration, so nothing is recorded")?;
+    client.link_mut().gather.begin_recording(new, &image)
+}
+
+/// What the device says of itself. The recording knows its own time.
+fn said(client: &mut Client<&mut Bus>) -> Result<RunResult, ClientError> {
+    let status = client.status()?;
+    let good = [Counter::Accepted, Counter::AfterLoss];
+    let rejected = Counter::FRAME_KINDS.into_iter().filter(|kind| !good.contains(kind));
+    Ok(RunResult {
+        ticks: status.tick,
+        digest: status.digest,
+        missed_ticks: status.load.missed_ticks,
+        worst_instructions: status.load.worst_instructions,
+        worst_cycles: status.load.worst_cycles,
+        worst_tick: status.load.worst_tick,
+        stack_used_bytes: status.load.stack_used_bytes,
+        rejected_frames: rejected.map(|kind| status.counters.get(kind)).sum(),
+        wall_ms: 0,
+    })
+}
