@@ -7,7 +7,7 @@ use core::task::Poll;
 
 use cathforce_bus::service::BLOCK_SIZE;
 use cathforce_bus::slcan::{self, Line};
-use cathforce_bus::{Frame, Id, Placement};
+use cathforce_bus::{Frame, Id};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::waitqueue::AtomicWaker;
@@ -16,17 +16,8 @@ use static_cell::StaticCell;
 
 use crate::board::{BusIn, BusOut};
 use crate::device::{self, FrameOutcome, GRANT_USED, Outgoing};
+use crate::placement::PLACEMENT;
 use crate::{requests, watch};
-
-/// Where the identifiers lie on this board's bus: `CATHFORCE_ID_BASE=0x12345 cargo xtask firmware` moves them to 29
-/// bits. It is fixed when the firmware is built, so that a board never sends under two identifiers.
-pub const PLACEMENT: Placement = match option_env!("CATHFORCE_ID_BASE") {
-    None => Placement::UNMOVED,
-    Some(base) => match Placement::read(base) {
-        Some(placement) => placement,
-        None => panic!("CATHFORCE_ID_BASE is a number from 0 to 0x3FFFF"),
-    },
-};
 
 /// Length of the queue of the tick's frames: those of more ticks than a host leaves unread.
 const TICK_FRAMES: usize = 256;

@@ -18,6 +18,8 @@ mod identity;
 #[cfg(target_os = "none")]
 mod log;
 #[cfg(target_os = "none")]
+mod placement;
+#[cfg(target_os = "none")]
 mod record;
 #[cfg(target_os = "none")]
 mod requests;

@@ -5,10 +5,8 @@ use std::process::Command;
 
 use anyhow::Context;
 
-use crate::arguments::{Choice, Given};
-use crate::consent::{self, Consent};
+use crate::progress;
 use crate::shell::{cargo, command, output, root, target_folder};
-use crate::{progress, setup};
 
 /// Where the firmware runs.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -29,36 +27,8 @@ pub const NUCLEO_FIRMWARE_VARIABLE: &str = "CATHFORCE_NUCLEO_FIRMWARE";
 /// Cargo's profile for a first run.
 pub const QUICK: &str = "quick";
 
-pub const FIRMWARE_OPTIONS: [Choice; 2] = [
-    Choice {
-        name: "id-base",
-        value: Some("BASE"),
-        about: "Move the identifiers to 29 bits whose upper 18 are BASE, such as 0x12345.",
-    },
-    consent::YES,
-];
-
 /// Tells the firmware's build where its identifiers lie on the bus.
-const ID_BASE: &str = "CATHFORCE_ID_BASE";
-
-/// Builds the firmware of both boards and says how large it is.
-pub fn both_boards(given: &Given) -> anyhow::Result<()> {
-    setup::firmware_target(Consent::of(given))?;
-    let base = given.value("id-base");
-    for mut build in [firmware_command(), nucleo_firmware_command()] {
-        build.env_remove(ID_BASE);
-        if let Some(base) = base {
-            build.env(ID_BASE, base);
-        }
-        progress::run(&mut build)?;
-    }
-    say_how_large(&firmware_elf());
-    say_how_large(&nucleo_firmware_elf());
-    if let Some(base) = base {
-        println!("Reach it by a link that ends in `,id-base={}`.", base.to_string_lossy());
-    }
-    Ok(())
-}
+pub const ID_BASE: &str = "CATHFORCE_ID_BASE";
 
 /// Builds the firmware, says how large it is, and gives its ELF.
 pub fn firmware() -> anyhow::Result<PathBuf> {
@@ -68,7 +38,7 @@ pub fn firmware() -> anyhow::Result<PathBuf> {
     Ok(elf)
 }
 
-fn say_how_large(elf: &std::path::Path) {
+pub fn say_how_large(elf: &std::path::Path) {
     if let Some(sections) = sections(elf) {
         println!("{sections}");
     }

@@ -15,6 +15,7 @@ mod disk;
 mod dist;
 mod emulator;
 mod figures;
+mod firmware;
 mod fuzz;
 mod gates;
 mod guest;
@@ -67,8 +68,8 @@ static TASKS: [Task; 14] = [
         name: "firmware",
         former: None,
         about: "Build the firmware of both boards and say how large it is.",
-        options: &build::FIRMWARE_OPTIONS,
-        run: build::both_boards,
+        options: &firmware::OPTIONS,
+        run: firmware::build,
     },
     Task {
         name: "figures",

@@ -5,8 +5,8 @@ use std::net::SocketAddr;
 use cathforce_bus::master::Master;
 use cathforce_recording::Recording;
 
+use crate::error::DashError;
 use crate::live::Listener;
-use crate::server::DashError;
 
 /// There is none.
 pub enum Bridge {}

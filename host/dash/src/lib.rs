@@ -9,6 +9,7 @@
 mod answers;
 mod assets;
 mod diagnosis;
+mod error;
 #[cfg(feature = "foxglove")]
 mod foxglove;
 #[cfg(not(feature = "foxglove"))]
@@ -23,5 +24,6 @@ mod tips;
 mod token_file;
 
 pub use diagnosis::read_diagnosis;
+pub use error::DashError;
 pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, NewRecording, feed};
-pub use server::{DashError, MOST_VIEWERS, Options, Source, Started, serve};
+pub use server::{MOST_VIEWERS, Options, Source, Started, serve};

@@ -24,6 +24,7 @@ use tokio::sync::Semaphore;
 
 use crate::answers::{Shown, Unanswered};
 use crate::assets::ASSETS;
+use crate::error::DashError;
 use crate::foxglove::Bridge;
 use crate::guard::{Guard, new_token};
 use crate::live::{FollowSource, LinkSource, Pilot};
@@ -86,35 +87,6 @@ pub struct Started {
     pub token_file: Option<PathBuf>,
     /// Where Foxglove is served.
     pub foxglove: Option<SocketAddr>,
-}
-
-/// Why there is no server.
-#[derive(Debug, thiserror::Error)]
-pub enum DashError {
-    #[error(
-        "cannot listen on {listen}: {source}\n  fix: give another --listen; port 0 takes a free one"
-    )]
-    Listen { listen: SocketAddr, source: std::io::Error },
-    #[error("cannot write the token into {}: {source}\n  fix: check the folder", path.display())]
-    Token { path: PathBuf, source: std::io::Error },
-    #[error(
-        "cannot serve Foxglove on {listen}: {why}\n  fix: give another address to --foxglove; port 0 takes \
-         a free one"
-    )]
-    Foxglove { listen: SocketAddr, why: String },
-    #[error(
-        "this program was built without `--foxglove`\n  fix: build it with its feature `foxglove`, which is \
-         on by default: `cargo install --path host/cli`"
-    )]
-    WithoutFoxglove,
-    #[error(
-        "a diagnosis has no topics for Foxglove\n  fix: omit --foxglove, or give a link or a recording"
-    )]
-    NothingForFoxglove,
-    #[error("the vessel in the recording: {0}")]
-    Vessel(String),
-    #[error("the server ended: {0}")]
-    Served(std::io::Error),
 }
 
 struct Server {

@@ -24,7 +24,7 @@ use embassy_stm32::{Peri, bind_interrupts, pac};
 use embedded_can::{ExtendedId, Id as CanId, StandardId};
 use static_cell::StaticCell;
 
-use crate::bus::PLACEMENT;
+use crate::placement::PLACEMENT;
 
 const BIT_RATE: u32 = 1_000_000;
 /// Frames that arrive while the tasks are busy: two milliseconds of a full bus.

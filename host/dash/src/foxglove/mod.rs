@@ -17,8 +17,8 @@ use foxglove::{WebSocketServer, WebSocketServerHandle};
 use self::live::Live;
 use self::outlet::Outlet;
 use self::player::Player;
+use crate::error::DashError;
 use crate::live::Listener;
-use crate::server::DashError;
 
 /// Messages that wait for one client, some half second of all topics; the oldest are dropped for newer.
 const WAITING: usize = 8192;

@@ -7,7 +7,7 @@ use cathforce_config::image::{HEADER_BYTES, decode_head, head_end};
 use cathforce_link::{Client, ClientError};
 use serde_json::{Value, json};
 
-use super::InUse;
+use super::in_use::InUse;
 use crate::live::bus::Bus;
 use crate::settings;
 

@@ -1,13 +1,15 @@
 //! The thread that talks to the device.
 
 mod apply;
+mod in_use;
+mod pace;
 mod playing;
 mod recording;
 mod watching;
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -15,6 +17,7 @@ use cathforce_bus::master::Master;
 use cathforce_link::Link;
 use tokio::sync::watch;
 
+pub use self::in_use::InUse;
 use self::watching::Flight;
 use super::action::Action;
 use super::bus::Bus;
@@ -23,11 +26,8 @@ use super::follow::{FollowSource, Heard};
 use super::gather::{Gather, History, Snapshot};
 use super::listener::Listener;
 
-/// From one question for the device's status to the next.
-const STATUS: Duration = Duration::from_secs(1);
 /// Longest wait for a frame of a run, after which a picture may be due.
 const HEARD: Duration = Duration::from_millis(8);
-const TICK: Duration = Duration::from_millis(1);
 
 /// A device that runs.
 pub struct LinkSource {
@@ -38,21 +38,6 @@ pub struct LinkSource {
     pub drive: Option<Drive>,
     /// Send nothing at all.
     pub watch_only: bool,
-}
-
-/// The image that the device uses.
-#[derive(Clone, Default)]
-pub struct InUse(Arc<Mutex<Option<Arc<Vec<u8>>>>>);
-
-impl InUse {
-    fn set(&self, image: Vec<u8>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(image));
-    }
-
-    /// `None` while it is not known.
-    pub fn get(&self) -> Option<Arc<Vec<u8>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
 }
 
 /// The thread, and the ways to it.

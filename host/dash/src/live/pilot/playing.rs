@@ -12,9 +12,10 @@ use cathforce_link::{Client, ClientError, Step};
 use serde_json::{Value, json};
 
 use super::apply::apply;
+use super::in_use::InUse;
+use super::pace::{STATUS, TICK};
 use super::recording::record;
 use super::watching::Flight;
-use super::{InUse, STATUS, TICK};
 use crate::live::action::{Action, Reply, Wanted};
 use crate::live::bus::Bus;
 use crate::live::drive::{Drive, Goal, Motion, Position};

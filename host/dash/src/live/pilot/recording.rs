@@ -5,7 +5,7 @@ use cathforce_link::{Client, ClientError};
 use cathforce_recording::RunResult;
 use serde_json::Value;
 
-use super::InUse;
+use super::in_use::InUse;
 use crate::live::bus::Bus;
 use crate::live::record::NewRecording;
 

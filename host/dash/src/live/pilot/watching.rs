@@ -12,7 +12,8 @@ use cathforce_link::{Client, ClientError, Link, LinkError};
 use serde_json::{Value, json};
 
 use super::apply::apply;
-use super::{InUse, STATUS, TICK};
+use super::in_use::InUse;
+use super::pace::{STATUS, TICK};
 use crate::live::action::{Action, Wanted};
 use crate::live::bus::Bus;
 use crate::live::drive::Position;
