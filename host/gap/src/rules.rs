@@ -27,9 +27,10 @@ pub struct OfEvidence {
     pub freedom: f64,
     /// Shares κ of the gap, amplitudes a of the model's uncertainty, and standard deviations ω of the nuisances
     /// in those of their priors. Each grid has steps of two and covers what is most probable in tuning cases. A
-    /// tempered score counts a nuisance for less than it costs, and so ω is at most 1.
+    /// tempered score counts a nuisance for less than it costs, and so ω is at most 1. Amplitudes below a half are
+    /// those of an axis alone (`Plant::least_amplitude`).
     pub kappa: [f64; 9],
-    pub amplitude: [f64; 4],
+    pub amplitude: [f64; 6],
     pub looseness: [f64; 4],
     /// Length of the stretch over which the size of a gap is averaged \[s\]: a stroke of some millimetres.
     pub stretch_s: f64,
@@ -165,7 +166,7 @@ impl Rules {
             open_of_noise: 0.3,
             freedom: 4.0,
             kappa: [0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28],
-            amplitude: [0.5, 1.0, 2.0, 4.0],
+            amplitude: [0.125, 0.25, 0.5, 1.0, 2.0, 4.0],
             looseness: [0.125, 0.25, 0.5, 1.0],
             stretch_s: 1.2,
             misstated: 2.5,

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 
 use cathforce_bundle::bundle::Axis as Kind;
 
-use super::motion::Motion;
+use super::course::Course;
 use crate::plant::{Along, Effect, Parameter, Point, Swing};
 use crate::signal::Gaussian;
 
@@ -269,52 +269,26 @@ pub fn library(scale: &Scale, kind: Kind) -> Vec<Effect> {
     ]
 }
 
-/// An axis: what moves, and how friction turns over where it turns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
-    pub kind: Kind,
-    /// As stated, in kg or kg·m².
-    pub inertia: f64,
-    pub turnover_m_per_s: f64,
-}
-
-/// What is known of the axis along a motion.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Known {
-    /// Of all that moves, in kg or kg·m²; 0 where a recording is too slow to tell.
-    pub inertia: f64,
-    /// What it takes to hold the axis, at every point; empty without a load.
-    pub load: Vec<f64>,
-    /// Force for each m/s by which the voltage that the motor induces brakes.
-    pub induced: f64,
-}
-
-impl Known {
-    /// Of an axis that carries nothing.
-    pub fn bare(inertia: f64) -> Self {
-        Self { inertia, load: Vec::new(), induced: 0.0 }
-    }
-}
-
 /// The command's measurement at every point of the motion, before it is smoothed \[N\].
-pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Vec<f64> {
+pub fn command(course: &Course, point: &Point) -> Vec<f64> {
+    let known = &course.known;
     let value = |effect: Is, parameter: usize| point.effects[effect as usize][parameter];
     let counted = 1.0 + value(Is::EncoderScale, 0);
-    let engaged = engagement(&motion.position_m, counted * value(Is::Backlash, 0));
+    let engaged = engagement(&course.position_m, counted * value(Is::Backlash, 0));
     let (coulomb, viscous) = (value(Is::Coulomb, 0), value(Is::Viscous, 0));
     let (excess, stribeck) = (value(Is::Stribeck, 0), value(Is::Stribeck, 1));
     let [cosine, sine, length] = [0, 1, 2].map(|i| value(Is::Ripple, i));
     let rippled = cosine != 0.0 || sine != 0.0;
-    let dt_s = motion.dt_s;
-    let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
+    let dt_s = course.dt_s;
+    let middle_s = 0.5 * dt_s * course.position_m.len() as f64;
     // By the end of the trial, beside what friction is in its middle.
     let warming = value(Is::FrictionDrift, 0);
     let lag = value(Is::TimeConstant, 0);
-    let sign = direction(motion, axis.turnover_m_per_s, value(Is::Coulomb, 1));
+    let sign = course.against(value(Is::Coulomb, 1));
     let applied = |i: usize| {
-        let velocity = motion.velocity_m_per_s[i] / counted;
+        let velocity = course.velocity_m_per_s[i] / counted;
         let load = known.load.get(i).copied().unwrap_or(0.0);
-        let carried = known.inertia * motion.acceleration_m_per_s2[i] / counted + load;
+        let carried = known.inertia * course.acceleration_m_per_s2[i] / counted + load;
         let sign = sign[i];
         let mut friction = coulomb * sign + viscous * velocity;
         if excess != 0.0 {
@@ -326,14 +300,14 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
         }
         friction += value(Is::Offset, 0);
         if rippled {
-            let angle = TAU * motion.position_m[i] / (counted * length);
+            let angle = TAU * course.position_m[i] / (counted * length);
             friction += cosine * angle.cos() + sine * angle.sin();
         }
         engaged.as_ref().map_or(1.0, |e| e[i]) * (carried + friction) + known.induced * velocity
     };
-    let mut force_n: Vec<f64> = (0..motion.position_m.len()).map(applied).collect();
+    let mut force_n: Vec<f64> = (0..course.position_m.len()).map(applied).collect();
     if lag > 0.0 {
-        follow(&mut force_n, 1.0 - (-dt_s / lag).exp());
+        follow(&mut force_n, course.every, 1.0 - (-dt_s / lag).exp());
     }
     let measured = |(i, followed): (usize, f64)| {
         let drift = value(Is::Drift, 0) * (i as f64 * dt_s - middle_s);
@@ -342,33 +316,14 @@ pub fn command(axis: &Axis, known: &Known, motion: &Motion, point: &Point) -> Ve
     force_n.into_iter().enumerate().map(measured).collect()
 }
 
-/// Lets a force follow late, by this share of what it is behind at every point.
-pub(crate) fn follow(force_n: &mut [f64], share: f64) {
-    let smooth = Gaussian::new(FOLLOWED_SD).smooth(force_n);
+/// Lets a force at every so-manieth grid point follow late, by this share of what it is behind at every point.
+pub(crate) fn follow(force_n: &mut [f64], every: usize, share: f64) {
+    let smooth = Gaussian::new(FOLLOWED_SD / every as f64).smooth(force_n);
     let mut followed = smooth[0];
     for (force, now) in force_n.iter_mut().zip(smooth) {
         followed += share * (now - followed);
         *force += followed - now;
     }
-}
-
-/// The direction that friction is against, from −1 to 1. After a reversal it turns over within
-/// some presliding distances, as the bristles of Dahl's model do (Dahl 1968).
-fn direction(motion: &Motion, turnover_m_per_s: f64, presliding_m: f64) -> Vec<f64> {
-    let moved = |velocity: &f64| (velocity / turnover_m_per_s).tanh();
-    let moving = motion.velocity_m_per_s.iter().map(moved);
-    if presliding_m <= 0.0 {
-        return moving.collect();
-    }
-    let mut bent = 0.0;
-    let mut last = motion.position_m.first().copied().unwrap_or_default();
-    let follow = |(moving, position): (f64, &f64)| {
-        let kept = (-(position - last).abs() / presliding_m).exp();
-        last = *position;
-        bent = moving + (bent - moving) * kept;
-        bent
-    };
-    moving.zip(&motion.position_m).map(follow).collect()
 }
 
 /// By how much the mass is engaged: 0 inside a gap of this width, 1 at its ends; `None` without

@@ -3,6 +3,7 @@
 //! The command force is compared. It is predicted by inverse dynamics from the measured position alone;
 //! the measured command is used only for the comparison. Both pass the same filters.
 
+mod course;
 pub(crate) mod effects;
 mod inertia;
 pub(crate) mod misread;

@@ -15,6 +15,11 @@ const OUTPUT_SD: f64 = 4.0;
 /// so much leaves 1e-3 of them.
 const LEAST_SD_ROWS: f64 = 0.6;
 
+/// Standard deviation of a filter in points of what it smooths, at least.
+const LEAST_SD_POINTS: f64 = 2.0;
+/// Points of all trials together at which a command is predicted, about: a minute of rows at 1 kHz.
+const MOST_POINTS: usize = 60_000;
+
 /// A drive rests where it moves by less than this share of the travel, or than so many standard
 /// deviations of the position's noise, in this time \[s\].
 const REST_SHARE: f64 = 2e-5;
@@ -37,6 +42,18 @@ impl Motion {
         let velocity_m_per_s = slope(&position_m, filters.grid_s);
         let acceleration_m_per_s2 = slope(&velocity_m_per_s, filters.grid_s);
         Self { dt_s: filters.grid_s, position_m, velocity_m_per_s, acceleration_m_per_s2 }
+    }
+
+    /// Where the drive turns round within so many grid points.
+    pub fn turns(&self, around: usize) -> Vec<bool> {
+        let mut turns = vec![false; self.velocity_m_per_s.len()];
+        for (i, pair) in self.velocity_m_per_s.windows(2).enumerate() {
+            if pair[0] * pair[1] <= 0.0 {
+                let end = (i + 2 + around).min(turns.len());
+                turns[i.saturating_sub(around)..end].fill(true);
+            }
+        }
+        turns
     }
 
     /// Where the drive moves by less than a share of `travel_m`, or than the position's `noise_m`, for
@@ -106,6 +123,11 @@ impl Filters {
         0.1325 / (self.whole_sd * self.grid_s)
     }
 
+    /// Standard deviation of all smoothing \[s\].
+    pub fn spread_s(&self) -> f64 {
+        self.whole_sd * self.grid_s
+    }
+
     /// A measured command, smoothed as the position was before its derivatives were taken, and
     /// as predictions are.
     pub fn measured(&self, command_n: &[f64]) -> Vec<f64> {
@@ -126,11 +148,38 @@ impl Filters {
     /// filter is shifted, not what it smooths: a straight line between two points has a kink where
     /// there is no shift, and two steps to either side of it are one smoothing more.
     pub fn predicted(&self, command_n: &[f64], at: &[usize], shift_s: f64) -> Vec<f64> {
-        let shift = shift_s / self.grid_s;
-        let (whole, last) = (shift.round(), command_n.len().saturating_sub(1) as f64);
-        let output = Gaussian::centred(self.output_sd, shift - whole);
-        let moved = |i: usize| (i as f64 + whole).clamp(0.0, last) as usize;
-        at.iter().map(|&i| output.at(command_n, moved(i))).collect()
+        self.predicted_of(command_n, 1, at, shift_s)
+    }
+
+    /// The same of a command at every so-manieth grid point.
+    pub fn predicted_of(
+        &self,
+        command_n: &[f64],
+        every: usize,
+        at: &[usize],
+        shift_s: f64,
+    ) -> Vec<f64> {
+        let last = command_n.len().saturating_sub(1) as f64;
+        let output = |behind: usize| {
+            let shift = (behind as f64 + shift_s / self.grid_s) / every as f64;
+            let whole = shift.round();
+            (whole, Gaussian::centred(self.output_sd / every as f64, shift - whole))
+        };
+        // One for each place between two points of the command.
+        let outputs: Vec<(f64, Gaussian)> = (0..every).map(output).collect();
+        let read = |&i: &usize| {
+            let (whole, output) = &outputs[i % every];
+            output.at(command_n, ((i / every) as f64 + whole).clamp(0.0, last) as usize)
+        };
+        at.iter().map(read).collect()
+    }
+
+    /// Grid points between two points of a command that is predicted, of records with so many grid points. A
+    /// Gaussian filter is the same to 1e-8 where its standard deviation is two points or more; what is finer costs
+    /// time and shows nothing.
+    pub fn every(&self, points: usize) -> usize {
+        let most = (self.output_sd / LEAST_SD_POINTS) as usize;
+        points.div_ceil(MOST_POINTS).clamp(1, most.max(1))
     }
 
     /// Grid points at either end, and around a jump of the clock, that are not compared.
@@ -153,6 +202,22 @@ mod tests {
         let seen = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
         let worst = seen.iter().map(|a| (a - 1.0).abs()).fold(0.0, f64::max);
         assert!(worst < 3e-3, "{worst}");
+    }
+
+    #[test]
+    fn what_is_predicted_at_fewer_points_is_read_alike_wherever_it_is_read() {
+        let filters = Filters::new(1e-3, 1.0);
+        assert_eq!([1, 60_000, 60_001, 1_000_000].map(|n| filters.every(n)), [1, 1, 2, 2]);
+        let wave = |i: usize| (0.1 * i as f64).sin();
+        let fine: Vec<f64> = (0..900).map(wave).collect();
+        let at: Vec<usize> = (100..800).step_by(3).collect();
+        for (every, shift_s) in [(2, 0.0), (2, 3.3e-3), (2, -4.7e-3)] {
+            let coarse: Vec<f64> = fine.iter().copied().step_by(every).collect();
+            let read = filters.predicted_of(&coarse, every, &at, shift_s);
+            let exact = filters.predicted(&fine, &at, shift_s);
+            let worst = read.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-5, "{worst}");
+        }
     }
 
     #[test]

@@ -5,8 +5,9 @@ use cathforce_bundle::bundle::{
     columns,
 };
 
+use super::course::{Axis, Course, Known};
 use super::effects::{
-    Axis, FORCE_BIAS, Known, Scale, TIME_SHIFT, command, inertia_ratio, latency_s, library, swing,
+    FORCE_BIAS, Scale, TIME_SHIFT, command, inertia_ratio, latency_s, library, swing,
 };
 use super::inertia;
 use super::misread::Rows;
@@ -39,6 +40,10 @@ const REVERSAL_S: f64 = 0.05;
 /// Gautier and Brunot 2019) is left 2.3 N of 42 N RMS by Coulomb and viscous friction with an offset; the amplitude of
 /// the discrepancy goes up to four times this.
 const OPEN_SHARE: f64 = 0.0165;
+/// Of that, the least that an axis may leave: 0.2 % of its command, which is what a motor's constant, a weighed mass
+/// and a good force sensor are known to. With a half of it, 0.8 %, an axis with 0.2 N of friction beside an inertial
+/// force of 13 N had a gap that dry friction closed to the floor, and no answer.
+const LEAST_AMPLITUDE: f64 = 0.125;
 /// Share of the measured force from which on a floor hides effects that matter: friction of 1 % of
 /// it would be no gap.
 const HIDING: f64 = 0.02;
@@ -71,7 +76,9 @@ pub struct Drive {
     pub(super) filters: Filters,
     /// Grid points between two samples, about.
     pub(super) stride: usize,
-    pub(super) segments: Vec<Motion>,
+    /// Of those between two points of a prediction.
+    every: usize,
+    segments: Vec<Course>,
     /// Of a sample of a segment \[N\].
     pub(super) noise_n: f64,
     pub(super) travel_m: f64,
@@ -88,6 +95,7 @@ pub struct Drive {
 pub(super) struct Prepared {
     pub(super) motion: Motion,
     pub(super) known: Known,
+    course: Course,
     /// Grid points of the samples.
     pub(super) at: Vec<usize>,
 }
@@ -170,12 +178,17 @@ impl Drive {
                 column: columns::of_command(data.kind, data.axis),
             });
         }
+        let axis = Axis {
+            kind: rig.axis,
+            inertia: rig.inertia,
+            turnover_m_per_s: scale.turnover_m_per_s(),
+        };
+        let canned = segments::motions(&scale, &filters);
+        let along = |motion: &Motion| Course::of(&axis, motion, &Known::bare(axis.inertia), 1);
+        let every = filters.every(motions.iter().map(|motion| motion.position_m.len()).sum());
         let mut drive = Self {
-            axis: Axis {
-                kind: rig.axis,
-                inertia: rig.inertia,
-                turnover_m_per_s: scale.turnover_m_per_s(),
-            },
+            axis,
+            every,
             rig: rig.clone(),
             channels: vec![Channel { name: channel(&raw).into(), quantity: Quantity::Force }],
             regimes: Regime::names(),
@@ -186,7 +199,7 @@ impl Drive {
             nuisances: nuisances(&scale, &bundle.rig.priors, rig.axis),
             repeats: Vec::new(),
             remarks,
-            segments: segments::motions(&scale, &filters),
+            segments: canned.iter().map(along).collect(),
             noise_n: segments::NOISE_SHARE * scale.force_n,
             travel_m: scale.travel_m,
             // As of a catheter, no noise is none that was stated.
@@ -194,7 +207,7 @@ impl Drive {
             stated_m: bundle.rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0),
             stride: stride(longest_s, filters.grid_s, &motions),
             estimated_n: Vec::new(),
-            compared: compared(&filters),
+            compared: compared(&filters, every),
             filters,
             complaint: None,
         };
@@ -216,6 +229,7 @@ impl Drive {
     fn add(&mut self, rows: Rows, motion: Motion, limits: &Limits) {
         let Rows { number, ref clock, ref data, driven, remarks } = rows;
         let t_s = &clock.t_s[..];
+        let quasi_static = is_too_seldom(t_s);
         self.remarks.extend(remarks);
         let row_n = self.stated_n.unwrap_or_else(|| {
             let found_n = Noise::of(t_s, &driven.command).most;
@@ -249,9 +263,20 @@ impl Drive {
                 100.0 * resting
             ));
         }
+        let mut left_out = rests;
+        if quasi_static {
+            // Where friction turned over between two rows, nobody knows.
+            let around_s = usual_step_s(t_s) + 2.0 * self.filters.spread_s();
+            let turns = motion.turns((around_s / motion.dt_s) as usize);
+            left_out.iter_mut().zip(turns).for_each(|(out, turns)| *out |= turns);
+            self.remarks.push(format!(
+                "trial {number:03}: rows so seldom do not tell when friction turned over; {around_s:.2} s before \
+                 and after each reversal are not compared"
+            ));
+        }
         let at: Vec<usize> = (reach..points.saturating_sub(reach))
             .step_by(stride)
-            .filter(|&i| !near_jump(i) && !rests[i])
+            .filter(|&i| !near_jump(i) && !left_out[i])
             .collect();
         let samples = at.iter().map(|&i| {
             let (velocity, acceleration) =
@@ -281,7 +306,8 @@ impl Drive {
             driven.load.map(|load| self.filters.as_position(&self.filters.on_grid(t_s, &load)));
         let load = load.unwrap_or_default();
         let known = Known { inertia: driven.inertia, load, induced: driven.induced };
-        self.motions.push(Prepared { motion, known, at });
+        let course = Course::of(&self.axis, &motion, &known, self.every);
+        self.motions.push(Prepared { motion, known, course, at });
         let own = self.trials.len() - 1;
         // After a jump of the clock, nobody knows what was repeated when.
         let setpoint = setpoint.filter(|_| jumps.is_empty());
@@ -300,7 +326,7 @@ impl Drive {
     /// Axes or units that are not the model's, by the inertia that the data show.
     fn complain(&self) -> Option<String> {
         let rows = self.trials.iter().zip(&self.motions).flat_map(|(trial, prepared)| {
-            let Prepared { motion, known, at } = prepared;
+            let Prepared { motion, known, at, .. } = prepared;
             let of = |series: &[f64]| self.filters.predicted(series, at, 0.0);
             let inertial = of(&motion.acceleration_m_per_s2);
             let load = if known.load.is_empty() { vec![0.0; at.len()] } else { of(&known.load) };
@@ -377,10 +403,11 @@ impl Plant for Drive {
     }
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
-        let Prepared { motion, known, at } = &self.motions[trial];
-        let force_n = command(&self.axis, known, motion, point);
+        let Prepared { course, at, .. } = &self.motions[trial];
+        let force_n = command(course, point);
         let [bias_n, shift_s] = [FORCE_BIAS, TIME_SHIFT].map(|k| point.nuisances[k]);
-        let mut predicted = self.filters.predicted(&force_n, at, latency_s(point) + shift_s);
+        let shift_s = latency_s(point) + shift_s;
+        let mut predicted = self.filters.predicted_of(&force_n, course.every, at, shift_s);
         predicted.iter_mut().for_each(|f| *f += bias_n);
         Some(predicted)
     }
@@ -396,6 +423,10 @@ impl Plant for Drive {
     fn open(&self, sample: &Sample) -> f64 {
         // What the encoder leaves open is noise.
         OPEN_SHARE * sample.value.abs()
+    }
+
+    fn least_amplitude(&self) -> f64 {
+        LEAST_AMPLITUDE
     }
 
     fn far_off(&self) -> f64 {
@@ -415,9 +446,7 @@ impl Plant for Drive {
     }
 
     fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
-        let motion = &self.segments[segment];
-        let known = Known::bare(self.axis.inertia);
-        let force_n = command(&self.axis, &known, motion, point);
+        let force_n = command(&self.segments[segment], point);
         let reach = self.filters.reach();
         let at: Vec<usize> = (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
         let predicted = self.filters.predicted(&force_n, &at, latency_s(point));
@@ -509,12 +538,17 @@ fn nuisances(scale: &Scale, stated: &RigPriors, kind: Kind) -> Vec<Nuisance> {
 /// what a floor hides friction from.
 const SLOW_SHARE_OF_INERTIA: f64 = 0.03;
 
+/// Whether rows say nothing about accelerations.
+fn is_too_seldom(t_s: &[f64]) -> bool {
+    usual_step_s(t_s) > LONGEST_STEP_S
+}
+
 /// Leaves the inertia out of a trial whose rows are too seldom for it, where it takes next to nothing.
 fn without_inertia(rows: &mut Rows) -> Result<(), DriveError> {
-    let step_s = usual_step_s(&rows.clock.t_s);
-    if step_s <= LONGEST_STEP_S {
+    if !is_too_seldom(&rows.clock.t_s) {
         return Ok(());
     }
+    let step_s = usual_step_s(&rows.clock.t_s);
     // A motion that is faster than the rows shows as larger accelerations than it has.
     let position = evenly(&rows.clock.t_s, &rows.data.position, step_s);
     let bends = position.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]) / step_s.powi(2));
@@ -570,15 +604,22 @@ fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
 }
 
 /// What is compared, and how far it was smoothed.
-fn compared(filters: &Filters) -> String {
+fn compared(filters: &Filters, every: usize) -> String {
     let hz = filters.bandwidth_hz();
     let why = match hz {
         hz if hz > 0.9 * WIDEST_HZ => "the widest band that is used",
         _ => "as the noise of the position and the rate of the rows ask for",
     };
+    let thinned = match every {
+        1 => String::new(),
+        _ => format!(
+            "; of so long a record it is predicted every {:.0} ms, as that band allows",
+            1e3 * filters.grid_s * every as f64
+        ),
+    };
     format!(
         "the measured command force with the one that moves the known mass along the measured position (inverse \
-         dynamics, both smoothed to {hz:.0} Hz, {why})"
+         dynamics, both smoothed to {hz:.0} Hz, {why}{thinned})"
     )
 }
 

@@ -5,6 +5,7 @@
 
 use cathforce_bundle::bundle::{Bundle, DriveTrial, TrialData};
 
+use super::course::Course;
 use super::effects::{command, latency_s};
 use super::plant::{Drive, DriveError};
 use crate::diagnosis::diagnose;
@@ -59,8 +60,9 @@ impl<'a> Spiking<'a> {
         for (trial, prepared) in bundle.trials.iter_mut().zip(&self.drive.motions) {
             let TrialData::Drive(data) = &mut trial.data else { continue };
             let start_s = trial.t_s[0];
+            let course = Course::of(&self.drive.axis, &prepared.motion, &prepared.known, 1);
             let [old, new] = [&before, &after].map(|point| {
-                let force_n = command(&self.drive.axis, &prepared.known, &prepared.motion, point);
+                let force_n = command(&course, point);
                 let grid_s = self.drive.filters.grid_s;
                 let later_s = latency_s(point) - start_s;
                 move |t_s: f64| interpolate(&force_n, (t_s + later_s) / grid_s)

@@ -37,7 +37,8 @@ pub fn evidence(
     let binned = Binned::of(problem, noise, fit, nuisances);
     let mut cells = Vec::new();
     let rules = &problem.rules.evidence;
-    for amplitude in rules.amplitude {
+    let least = problem.plant.least_amplitude();
+    for amplitude in rules.amplitude.into_iter().filter(|own| *own >= least) {
         for kappa in rules.kappa {
             let products = products(&binned, amplitude, kappa);
             for looseness in rules.looseness {

@@ -182,6 +182,10 @@ impl Plant for Altered<'_> {
         self.inner.open(sample)
     }
 
+    fn least_amplitude(&self) -> f64 {
+        self.inner.least_amplitude()
+    }
+
     fn spread_share(&self) -> f64 {
         self.inner.spread_share()
     }

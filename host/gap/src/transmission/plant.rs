@@ -298,7 +298,7 @@ pub(super) fn output(
     };
     let mut out: Vec<f64> = input.iter().enumerate().map(at).collect();
     if model.time_constant_s > 0.0 {
-        follow(&mut out, 1.0 - (-grid_s / model.time_constant_s).exp());
+        follow(&mut out, 1, 1.0 - (-grid_s / model.time_constant_s).exp());
     }
     let middle_s = 0.5 * grid_s * input.len() as f64;
     for (i, y) in out.iter_mut().enumerate() {

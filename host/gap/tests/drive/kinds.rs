@@ -124,6 +124,39 @@ fn a_coarse_encoder_has_a_band_of_its_own_and_a_floor_that_is_not_above_what_is_
     }
 }
 
+/// Friction of a sixtieth of the inertial force, with an encoder of 10 µm whose steps are a floor of a third of it.
+#[test]
+fn friction_that_is_small_beside_the_inertia_is_named() {
+    let friction = |_: f64, now: &crate::made::Instant| 0.2 * now.velocity_m_per_s.signum();
+    let folder = bundle(&TWO, 0.0, 4.0, friction);
+    let mut bundle = Bundle::open(folder.path()).unwrap();
+    crate::made::read_in_steps(&mut bundle, 1e-5);
+    bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint = None);
+    let answer = answer(&bundle);
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    assert_eq!(names(&answer), ["drive.coulomb"], "{}", answer.sentence());
+    let dry = &answer.effects[0].parameters["force_n"];
+    assert!(dry.low < 0.2 && 0.2 < dry.high, "{dry:?}");
+}
+
+/// Of a long record, commands are predicted at fewer points, which is said, and what is found stays.
+#[test]
+fn a_long_record_is_predicted_at_fewer_points() {
+    let friction =
+        |t: f64, now: &crate::made::Instant| coulomb(t, now) + 30.0 * now.velocity_m_per_s;
+    let folder = bundle(&[(3.5, 0.05), (4.0, 0.05)], 0.0, 10.0, friction);
+    let answer = answer(&Bundle::open(folder.path()).unwrap());
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    assert!(answer.details.compared.contains("every 2 ms"), "{}", answer.details.compared);
+    for (id, name, there) in
+        [("drive.coulomb", "force_n", 6.0), ("drive.viscous", "n_s_per_m", 30.0)]
+    {
+        let effect = answer.effects.iter().find(|effect| effect.id == id).unwrap();
+        let own = &effect.parameters[name];
+        assert!(own.low < there && there < own.high, "{id}: {own:?}");
+    }
+}
+
 /// A command whose sign is turned: friction would drive the motion, which is said.
 #[test]
 fn friction_that_drives_is_an_error_of_sign() {

@@ -1,0 +1,124 @@
+//! What a command is predicted along: a motion at every so-manieth grid point, with what no effect changes.
+
+use cathforce_bundle::bundle::Axis as Kind;
+
+use super::motion::Motion;
+
+/// An axis: what moves, and how friction turns over where it turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    pub kind: Kind,
+    /// As stated, in kg or kg·m².
+    pub inertia: f64,
+    pub turnover_m_per_s: f64,
+}
+
+/// What is known of the axis along a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    /// Of all that moves, in kg or kg·m²; 0 where a recording is too slow to tell.
+    pub inertia: f64,
+    /// What it takes to hold the axis, at every point; empty without a load.
+    pub load: Vec<f64>,
+    /// Force for each m/s by which the voltage that the motor induces brakes.
+    pub induced: f64,
+}
+
+impl Known {
+    /// Of an axis that carries nothing.
+    pub fn bare(inertia: f64) -> Self {
+        Self { inertia, load: Vec::new(), induced: 0.0 }
+    }
+}
+
+/// A motion with what is known along it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Between two of its points \[s\], and in grid points of the motion.
+    pub dt_s: f64,
+    pub every: usize,
+    pub position_m: Vec<f64>,
+    pub velocity_m_per_s: Vec<f64>,
+    pub acceleration_m_per_s2: Vec<f64>,
+    /// The direction of motion, from −1 to 1, and the way since the last point \[m\], both at every grid point.
+    direction: Vec<f64>,
+    way_m: Vec<f64>,
+    pub known: Known,
+}
+
+impl Course {
+    /// Along every so-manieth grid point of a motion.
+    pub fn of(axis: &Axis, motion: &Motion, known: &Known, every: usize) -> Self {
+        let thin = |series: &[f64]| series.iter().copied().step_by(every).collect::<Vec<f64>>();
+        let position = &motion.position_m;
+        let turned = |v: &f64| (v / axis.turnover_m_per_s).tanh();
+        let ways = position.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        Self {
+            dt_s: motion.dt_s * every as f64,
+            every,
+            position_m: thin(position),
+            velocity_m_per_s: thin(&motion.velocity_m_per_s),
+            acceleration_m_per_s2: thin(&motion.acceleration_m_per_s2),
+            direction: motion.velocity_m_per_s.iter().map(turned).collect(),
+            way_m: std::iter::once(0.0).chain(ways).collect(),
+            known: Known { load: thin(&known.load), ..known.clone() },
+        }
+    }
+
+    /// The direction that friction is against, from −1 to 1. After a reversal it turns over within
+    /// some presliding distances, as the bristles of Dahl's model do (Dahl 1968).
+    ///
+    /// Bristles are bent at every grid point, and of those around a point of the course the mean is taken: when a
+    /// motion turns round is known to a grid point, however far apart the points of the course are.
+    pub fn against(&self, presliding_m: f64) -> Vec<f64> {
+        if presliding_m <= 0.0 {
+            return self.around(&self.direction);
+        }
+        let mut bent = 0.0;
+        let follow = |(moving, way): (&f64, &f64)| {
+            // A bristle that is bent as far as it goes stays so, which needs no exponential.
+            if bent != *moving {
+                bent = moving + (bent - moving) * (-way / presliding_m).exp();
+            }
+            bent
+        };
+        self.around(&self.direction.iter().zip(&self.way_m).map(follow).collect::<Vec<f64>>())
+    }
+
+    /// Means of a series on the grid around the points of the course.
+    fn around(&self, series: &[f64]) -> Vec<f64> {
+        let (before, after) = ((self.every - 1) / 2, self.every / 2 + 1);
+        let mean = |i: usize| {
+            let own = &series[i.saturating_sub(before)..(i + after).min(series.len())];
+            own.iter().sum::<f64>() / own.len() as f64
+        };
+        (0..series.len()).step_by(self.every).map(mean).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_between_two_points_is_where_it_was() {
+        let axis = Axis { kind: Kind::Linear, inertia: 1.0, turnover_m_per_s: 1e-6 };
+        let velocity: Vec<f64> = (0..101).map(|i| if i < 52 { 1.0 } else { -1.0 }).collect();
+        let position: Vec<f64> = (0..101).map(|i: i32| f64::from(52 - (i - 52).abs())).collect();
+        let motion = Motion {
+            dt_s: 1e-3,
+            acceleration_m_per_s2: vec![0.0; 101],
+            position_m: position,
+            velocity_m_per_s: velocity,
+        };
+        let known = Known { load: (0..101).map(f64::from).collect(), ..Known::bare(1.0) };
+        let course = Course::of(&axis, &motion, &known, 4);
+        assert_eq!((course.dt_s, course.known.load[3]), (4e-3, 12.0));
+        // Points 51 to 54 are around the point 52: one of them is before the turn.
+        assert_eq!(course.against(0.0)[12..15], [1.0, -0.5, -1.0]);
+        // From the point 52 on, bristles turn over by a presliding distance a point.
+        let turned = |ways: i32| -1.0 + 2.0 * f64::from(-ways).exp();
+        let expected = (1.0 + turned(1) + turned(2) + turned(3)) / 4.0;
+        assert!((course.against(1.0)[13] - expected).abs() < 1e-9, "{}", course.against(1.0)[13]);
+    }
+}
