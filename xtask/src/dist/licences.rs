@@ -68,12 +68,11 @@ fn files(folder: &Path) -> anyhow::Result<Vec<(String, String)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::TARGET;
-    use crate::dist::sources::behind;
+    use crate::dist::boards;
 
     #[test]
     fn the_firmwares_packages_and_their_texts_are_there() {
-        let packages = behind("cathforce-firmware", TARGET).unwrap();
+        let packages = boards::packages().unwrap();
         let texts = texts(&packages).unwrap();
         for word in ["heapless ", "Permission is hereby granted", "Apache License"] {
             assert!(texts.contains(word), "{word}");

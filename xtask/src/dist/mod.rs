@@ -4,7 +4,7 @@
 //! folder is put. Every build of the same source has the same bits; `--check` builds it twice, from two
 //! folders with different paths, and compares.
 
-mod boards;
+pub mod boards;
 mod debian;
 mod files;
 mod installed;
@@ -25,6 +25,7 @@ use crate::consent::{self, Consent};
 use crate::setup;
 use crate::shell::{cargo, command, line, output, root, run, target_folder};
 use boards::{BOARDS, Board};
+use sources::Build;
 
 pub const OPTIONS: [Choice; 5] = [
     Choice {
@@ -51,6 +52,8 @@ const HOST: &str = "x86_64-unknown-linux-musl";
 /// Tells the crates that they are built to be installed, and know no checkout.
 const DIST_VARIABLE: &str = "CATHFORCE_DIST";
 const EXAMPLE: &str = "examples/tapered-none";
+/// Where cargo leaves a firmware, in its target folder.
+const ELF: &str = "thumbv7em-none-eabihf/firmware/cathforce-firmware";
 
 pub fn run_task(given: &Given) -> anyhow::Result<()> {
     let consent = Consent::of(given);
@@ -107,25 +110,22 @@ fn make(source: &Source, out: &Path, epoch: u64) -> anyhow::Result<()> {
     let versions = Versions::of(&program)?;
     for board in &BOARDS {
         run(&mut source.firmware_build(board)?)?;
-        firmware(board, &source.target.join(board.elf), out, &program, &versions)?;
+        // The next board's ELF has the same name; this one is copied before.
+        firmware(board, &source.target.join(ELF), out, &program, &versions)?;
     }
     share(&source.root, out, &program)?;
-    let mut linked = sources::behind("cathforce", HOST)?;
+    let program_build = Build { package: "cathforce", target: HOST, features: &[] };
+    let mut linked = sources::behind(&source.root, &program_build)?;
     let bill = |name: &str, package: &str, packages: &[sources::Package]| {
         let text = serde_json::to_string_pretty(&sbom::bill(package, packages))? + "\n";
         fs::write(out.join(format!("{name}.cdx.json")), text).context("the bill of materials")
     };
     bill("cathforce", "cathforce", &linked)?;
-    let firmware = sources::behind("cathforce-firmware", build::TARGET)?;
-    bill("cathforce-firmware", "cathforce-firmware", &firmware)?;
-    for package in firmware {
-        match linked.iter_mut().find(|p| (&p.name, &p.version) == (&package.name, &package.version))
-        {
-            Some(known) => known.is_linked |= package.is_linked,
-            None => linked.push(package),
-        }
+    for board in &BOARDS {
+        let firmware = sources::behind(&source.root, &board.build())?;
+        bill(&format!("cathforce-firmware-{}", board.name), "cathforce-firmware", &firmware)?;
+        sources::merge(&mut linked, firmware);
     }
-    linked.sort();
     let documents = out.join("share/doc/cathforce");
     fs::write(documents.join("THIRD-PARTY.txt"), licences::texts(&linked)?)?;
     debian::package(out, &versions.version, epoch, &scratch)?;
@@ -163,7 +163,7 @@ impl Source {
 
     fn firmware_build(&self, board: &Board) -> anyhow::Result<Command> {
         let mut build = self.cargo(build::TARGET)?;
-        build.args(["build", "--locked"]).args(board.cargo);
+        build.args(["build", "--locked"]).args(build::FIRMWARE).args(board.features);
         Ok(build)
     }
 }

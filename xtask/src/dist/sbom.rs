@@ -67,12 +67,11 @@ fn purl(name: &str, version: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::TARGET;
-    use crate::dist::sources::behind;
+    use crate::dist::boards;
 
     #[test]
     fn every_package_is_there_once_with_its_licence_and_every_reference_leads_somewhere() {
-        let packages = behind("cathforce-firmware", TARGET).unwrap();
+        let packages = boards::packages().unwrap();
         let bill = bill("cathforce-firmware", &packages);
         assert_eq!(bill["metadata"]["component"]["name"], "cathforce-firmware");
         let components = bill["components"].as_array().unwrap();

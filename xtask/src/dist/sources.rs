@@ -1,12 +1,12 @@
 //! What a program is made of: the packages that are linked into it, and those that build it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde_json::Value;
 
-use crate::shell::{cargo, line, output, root};
+use crate::shell::{cargo, line, output};
 
 /// A package of the project or of others.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,16 +33,25 @@ impl Package {
     }
 }
 
-/// All packages behind the program of `package` for `target`, in the order of their names. They are those
-/// that `Cargo.lock` fixes.
-pub fn behind(package: &str, target: &str) -> anyhow::Result<Vec<Package>> {
-    let linked = tree(package, target, "normal,no-proc-macro")?;
-    let all = tree(package, target, "normal,build")?;
-    let metadata = metadata()?;
+/// What is built.
+#[derive(Clone, Copy, Debug)]
+pub struct Build<'a> {
+    pub package: &'a str,
+    pub target: &'a str,
+    /// Features, as cargo is told them.
+    pub features: &'a [&'a str],
+}
+
+/// All packages behind a program that is built in the checkout `root`, in the order of their names. They are
+/// those that its `Cargo.lock` fixes.
+pub fn behind(root: &Path, build: &Build<'_>) -> anyhow::Result<Vec<Package>> {
+    let linked = tree(root, build, "normal,no-proc-macro")?;
+    let all = tree(root, build, "normal,build")?;
+    let metadata = metadata(root)?;
     let packages = metadata["packages"].as_array().context("cargo metadata names no packages")?;
     let mut by_id = BTreeMap::new();
     let mut found = BTreeMap::new();
-    let checksums = checksums(&std::fs::read_to_string(root().join("Cargo.lock"))?);
+    let checksums = checksums(&std::fs::read_to_string(root.join("Cargo.lock"))?);
     for value in packages {
         let text = |key: &str| value[key].as_str().unwrap_or_default().to_owned();
         let key = (text("name"), text("version"));
@@ -93,10 +102,26 @@ pub fn behind(package: &str, target: &str) -> anyhow::Result<Vec<Package>> {
     Ok(found.into_values().collect())
 }
 
+/// Adds packages to others, in the order of their names.
+pub fn merge(all: &mut Vec<Package>, more: Vec<Package>) {
+    for package in more {
+        let is_same = |p: &&mut Package| (&p.name, &p.version) == (&package.name, &package.version);
+        match all.iter_mut().find(is_same) {
+            Some(known) => {
+                known.is_linked |= package.is_linked;
+                known.uses.extend(package.uses);
+            }
+            None => all.push(package),
+        }
+    }
+    all.sort();
+}
+
 /// Name and version of each package on these edges of the tree.
-fn tree(package: &str, target: &str, edges: &str) -> anyhow::Result<BTreeSet<(String, String)>> {
+fn tree(root: &Path, build: &Build<'_>, edges: &str) -> anyhow::Result<BTreeSet<(String, String)>> {
     let mut command = cargo(&["tree", "--locked", "--prefix", "none", "--no-dedupe"]);
-    command.args(["--package", package, "--target", target, "--edges", edges, "--format", "{p}"]);
+    command.args(["--package", build.package, "--target", build.target, "--edges", edges]);
+    command.args(["--format", "{p}"]).args(build.features).current_dir(root);
     let text = output(&mut command).with_context(|| format!("`{}` failed", line(&command)))?;
     let read = |line: &str| {
         let mut words = line.split_whitespace();
@@ -107,8 +132,10 @@ fn tree(package: &str, target: &str, edges: &str) -> anyhow::Result<BTreeSet<(St
 }
 
 /// Of all platforms: build scripts run on another one than what they build is for.
-fn metadata() -> anyhow::Result<Value> {
+fn metadata(root: &Path) -> anyhow::Result<Value> {
     let mut command = cargo(&["metadata", "--format-version", "1", "--locked"]);
+    // What is not a part of the program is left out afterwards.
+    command.arg("--all-features").current_dir(root);
     let text = output(&mut command).with_context(|| format!("`{}` failed", line(&command)))?;
     Ok(serde_json::from_str(&text)?)
 }
@@ -145,7 +172,9 @@ mod tests {
 
     #[test]
     fn the_firmware_is_made_of_its_own_crates_and_of_locked_ones() {
-        let packages = behind("cathforce-firmware", crate::build::TARGET).unwrap();
+        let build =
+            Build { package: "cathforce-firmware", target: crate::build::TARGET, features: &[] };
+        let packages = behind(crate::shell::root(), &build).unwrap();
         let find = |name: &str| packages.iter().find(|package| package.name == name).unwrap();
         assert!(find("cathforce-control").is_own() && find("cathforce-control").is_linked);
         let libm = find("libm");

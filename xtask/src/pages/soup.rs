@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use anyhow::bail;
 
-use crate::build::TARGET;
-use crate::dist::sources::{Package, behind};
+use crate::dist::boards;
+use crate::dist::sources::Package;
 
 /// What the project's own crates use of others: purpose, and why it is trusted. A package that is only
 /// used by one of these comes with it.
@@ -42,6 +42,11 @@ const DIRECT: &[(&str, &str, &str)] = &[
         "widely used; a task that hangs resets the board (P11), and the tick does not run in it",
     ),
     (
+        "embassy-stm32",
+        "drivers of the STM32H743: clocks, FDCAN, flash, watchdog, timers, DAC",
+        "widely used; no board has run it yet, and the control path does not go through it",
+    ),
+    (
         "embassy-sync",
         "queues between interrupts and tasks",
         "widely used; tests with full queues (P20), and a soak of hours (P25)",
@@ -50,6 +55,11 @@ const DIRECT: &[(&str, &str, &str)] = &[
         "embedded-storage",
         "the interface of a flash",
         "an interface without code; the store is tested with power cuts at every word",
+    ),
+    (
+        "embedded-can",
+        "the interface to identifiers and frames of a CAN driver",
+        "a few lines of types; an identifier of a wrong length is refused",
     ),
     (
         "heapless",
@@ -95,7 +105,7 @@ const DIRECT: &[(&str, &str, &str)] = &[
 
 /// The page's text.
 pub fn text() -> anyhow::Result<String> {
-    let packages = behind("cathforce-firmware", TARGET)?;
+    let packages = boards::packages()?;
     table(&packages)
 }
 
@@ -111,7 +121,7 @@ fn table(packages: &[Package]) -> anyhow::Result<String> {
         }
     }
     let mut text = format!(
-        "The firmware is linked from the project's own crates and from {} packages of others, which are \
+        "The firmware of the two boards is linked from the project's own crates and from {} packages of others, which are \
          listed here with the version that `Cargo.lock` fixes by its checksum. `cargo xtask audit` checks \
          their licences and known vulnerabilities.\n\n## Used by the project itself\n\n\
          | package | version | licence | what for | why it is trusted |\n| --- | --- | --- | --- | --- |\n",

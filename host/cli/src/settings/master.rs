@@ -74,6 +74,8 @@ fn drive(
     let table = reader.table(path, value, FORM)?;
     reader.check_keys(path, table, &DRIVE, FORM);
     let id = identifier(reader, path, table);
+    // One that is wrong is reported once, and not again for each quantity.
+    let id = table.contains_key("id").then_some(id);
     let mut quantity = |name: &str, is_required: bool| {
         let Some((key, value)) = table.get_key_value(name) else {
             if is_required {
@@ -94,7 +96,7 @@ fn place(
     path: &str,
     span: &Range<usize>,
     value: &Value<'_>,
-    id_of_drive: Option<u32>,
+    id_of_drive: Option<Option<u32>>,
 ) -> Option<Place> {
     let table = reader.table(path, value, FORM)?;
     reader.check_keys(path, table, &PLACE, FORM);
@@ -105,9 +107,9 @@ fn place(
     let bits = bits.and_then(|bits| reader.whole(&at("bits"), bits, 64, FORM));
     let id = match table.contains_key("id") {
         true => identifier(reader, path, table),
-        false => id_of_drive,
+        false => id_of_drive.flatten(),
     };
-    if id.is_none() && !table.contains_key("id") {
+    if id_of_drive.is_none() && !table.contains_key("id") {
         let fix = "give it an `id`, or give its drive an `id` for all that have none";
         reader.report(span, format!("`{path}` does not say in which frame it is"), fix);
     }

@@ -60,7 +60,7 @@ impl Heard {
         let frames: usize = self.counts.values().sum();
         let seconds = self.over.as_secs_f64().max(f64::MIN_POSITIVE);
         let load = 100.0 * self.bits as f64 / seconds / BUS_BITS_PER_S;
-        let foreign: Vec<String> = self.foreign().map(|id| IdDigits(id).to_string()).collect();
+        let foreign: Vec<String> = self.foreign().map(|id| format!("0x{}", IdDigits(id))).collect();
         let others = match foreign.len() {
             0 => String::new(),
             1..=SHOWN => format!("; of others: {}", foreign.join(", ")),
