@@ -18,7 +18,6 @@ pub fn build(given: &Given) -> anyhow::Result<()> {
     setup::firmware_target(Consent::of(given))?;
     let base = given.value("id-base");
     for mut command in [build::firmware_command(), build::nucleo_firmware_command()] {
-        command.env_remove(build::ID_BASE);
         if let Some(base) = base {
             command.env(build::ID_BASE, base);
         }

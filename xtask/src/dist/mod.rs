@@ -146,7 +146,7 @@ impl Source {
         let flags = [remap(&self.root, "/cathforce"), remap(&home, "/cargo")];
         // They are added to those of .cargo/config.toml; flags from outside would replace both.
         command.arg(format!("target.{rustflags_of}.rustflags={flags:?}"));
-        command.current_dir(&self.root).env_remove("RUSTFLAGS");
+        command.current_dir(&self.root).env_remove("RUSTFLAGS").env_remove(build::ID_BASE);
         // Of the code in it, which is assembler, and takes no library.
         command.env(format!("CC_{}", HOST.replace('-', "_")), "cc");
         command.env(DIST_VARIABLE, "1").env("CARGO_TARGET_DIR", &self.target);

@@ -7,7 +7,7 @@ use cathforce_bus::{Direction, Id};
 use cathforce_recording::{BusFrame, BusLog, is_recording, read_log};
 use serde_json::json;
 
-use super::import::candump::{check_own, placement, say_log};
+use super::import::candump::{check_own, say_log};
 use super::import::trial::at;
 use crate::args::SendArguments;
 use crate::failure::{Code, Failure};
@@ -95,7 +95,8 @@ fn frames(ui: &Ui, arguments: &SendArguments) -> Result<Vec<BusFrame>, Failure> 
     if !is_recording(path) {
         let bytes = read_bytes(path)?;
         if BusLog::is_one(&bytes) {
-            let (channel, placement) = (arguments.channel.as_deref(), placement(arguments.id_base));
+            let (channel, placement) =
+                (arguments.channel.as_deref(), arguments.id_base.unwrap_or_default());
             let log = read_log(&bytes, &master_of(settings)?, channel, placement);
             let log = log.map_err(|e| at(path, &e))?;
             say_log(ui, path, &log);

@@ -1,4 +1,4 @@
-//! What a command is predicted along: a motion at every so-manieth grid point, with what no effect changes.
+//! What a command is predicted along: a motion at every n-th grid point, with what no effect changes.
 
 use cathforce_bundle::bundle::Axis as Kind;
 
@@ -47,7 +47,7 @@ pub struct Course {
 }
 
 impl Course {
-    /// Along every so-manieth grid point of a motion.
+    /// Along every n-th grid point of a motion.
     pub fn of(axis: &Axis, motion: &Motion, known: &Known, every: usize) -> Self {
         let thin = |series: &[f64]| series.iter().copied().step_by(every).collect::<Vec<f64>>();
         let position = &motion.position_m;

@@ -316,7 +316,7 @@ pub fn command(course: &Course, point: &Point) -> Vec<f64> {
     force_n.into_iter().enumerate().map(measured).collect()
 }
 
-/// Lets a force at every so-manieth grid point follow late, by this share of what it is behind at every point.
+/// Lets a force at every n-th grid point follow late, by this share of what it is behind at every point.
 pub(crate) fn follow(force_n: &mut [f64], every: usize, share: f64) {
     let smooth = Gaussian::new(FOLLOWED_SD / every as f64).smooth(force_n);
     let mut followed = smooth[0];

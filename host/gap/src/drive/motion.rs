@@ -151,7 +151,7 @@ impl Filters {
         self.predicted_of(command_n, 1, at, shift_s)
     }
 
-    /// The same of a command at every so-manieth grid point.
+    /// The same of a command at every n-th grid point.
     pub fn predicted_of(
         &self,
         command_n: &[f64],

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use cathforce_bus::{Id, Placement};
+use cathforce_bus::Id;
 use cathforce_control::TICK_S;
 use cathforce_recording::{
     Attachments, CandumpLog, Gap, NoLockStep, Recorder, SecondRun, WriteError, put_whole, read_log,
@@ -73,7 +73,7 @@ fn report(
 fn read(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<CandumpLog, Failure> {
     let path = &arguments.log;
     let master = master_of(arguments.changes.file.as_deref())?;
-    let placement = placement(arguments.id_base);
+    let placement = arguments.id_base.unwrap_or_default();
     let log = read_log(&read_bytes(path)?, &master, arguments.channel.as_deref(), placement);
     let log = log.map_err(|e| at(path, &e))?;
     say_log(ui, path, &log);
@@ -91,11 +91,6 @@ fn read(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<CandumpLog, Failu
         Some(second) => Err(two_runs(path, second)),
         None => Ok(log),
     }
-}
-
-/// Where the identifiers lie on a bus with this base.
-pub fn placement(id_base: Option<Placement>) -> Placement {
-    id_base.unwrap_or(Placement::UNMOVED)
 }
 
 /// Says what was understood of a log, and what was left out.
