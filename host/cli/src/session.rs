@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use cathforce_bus::Command;
 use cathforce_bus::service::crc32;
-use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Link as _, Step, TickReport, update};
@@ -355,19 +355,7 @@ impl Session<'_> {
 
     fn result(&self, client: &mut Client, wall: Duration) -> Result<RunResult, Failure> {
         let status = client.status()?;
-        let good = [Counter::Accepted, Counter::AfterLoss];
-        let rejected = Counter::FRAME_KINDS.into_iter().filter(|kind| !good.contains(kind));
-        Ok(RunResult {
-            ticks: status.tick,
-            digest: status.digest,
-            missed_ticks: status.load.missed_ticks,
-            worst_instructions: status.load.worst_instructions,
-            worst_cycles: status.load.worst_cycles,
-            worst_tick: status.load.worst_tick,
-            stack_used_bytes: status.load.stack_used_bytes,
-            rejected_frames: rejected.map(|kind| status.counters.get(kind)).sum(),
-            wall_ms: u32::try_from(wall.as_millis()).unwrap_or(u32::MAX),
-        })
+        Ok(RunResult::of(&status, u32::try_from(wall.as_millis()).unwrap_or(u32::MAX)))
     }
 }
 

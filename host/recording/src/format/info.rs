@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
+use cathforce_bus::Counter;
+use cathforce_bus::service::Status;
 use cathforce_control::TICK_S;
 use serde::Serialize;
 
@@ -195,6 +197,23 @@ pub struct RunResult {
 }
 
 impl RunResult {
+    /// What a device's status says of a run that took so long on the host \[ms\].
+    pub fn of(status: &Status, wall_ms: u32) -> Self {
+        let good = [Counter::Accepted, Counter::AfterLoss];
+        let rejected = Counter::FRAME_KINDS.into_iter().filter(|kind| !good.contains(kind));
+        Self {
+            ticks: status.tick,
+            digest: status.digest,
+            missed_ticks: status.load.missed_ticks,
+            worst_instructions: status.load.worst_instructions,
+            worst_cycles: status.load.worst_cycles,
+            worst_tick: status.load.worst_tick,
+            stack_used_bytes: status.load.stack_used_bytes,
+            rejected_frames: rejected.map(|kind| status.counters.get(kind)).sum(),
+            wall_ms,
+        }
+    }
+
     const KEYS: [&str; 9] = [
         "ticks",
         "digest",

@@ -1,6 +1,5 @@
 //! Recordings begin and end, between two ticks.
 
-use cathforce_bus::Counter;
 use cathforce_link::{Client, ClientError};
 use cathforce_recording::RunResult;
 use serde_json::Value;
@@ -28,18 +27,5 @@ pub(super) fn record(
 
 /// What the device says of itself. The recording knows its own time.
 fn said(client: &mut Client<&mut Bus>) -> Result<RunResult, ClientError> {
-    let status = client.status()?;
-    let good = [Counter::Accepted, Counter::AfterLoss];
-    let rejected = Counter::FRAME_KINDS.into_iter().filter(|kind| !good.contains(kind));
-    Ok(RunResult {
-        ticks: status.tick,
-        digest: status.digest,
-        missed_ticks: status.load.missed_ticks,
-        worst_instructions: status.load.worst_instructions,
-        worst_cycles: status.load.worst_cycles,
-        worst_tick: status.load.worst_tick,
-        stack_used_bytes: status.load.stack_used_bytes,
-        rejected_frames: rejected.map(|kind| status.counters.get(kind)).sum(),
-        wall_ms: 0,
-    })
+    Ok(RunResult::of(&client.status()?, 0))
 }
