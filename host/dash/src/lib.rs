@@ -8,6 +8,7 @@
 
 mod answers;
 mod assets;
+mod diagnosing;
 mod diagnosis;
 mod error;
 #[cfg(feature = "foxglove")]
@@ -23,6 +24,7 @@ mod settings;
 mod tips;
 mod token_file;
 
+pub use diagnosing::Diagnosing;
 pub use diagnosis::read_diagnosis;
 pub use error::DashError;
 pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, NewRecording, feed};
