@@ -52,8 +52,7 @@ pub fn while_diagnosing(
     diagnose: impl FnOnce(&dyn Onlooker) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let diagnosing = Diagnosing::default();
-    let source =
-        Source::Diagnosing { name: name.to_owned(), diagnosing: diagnosing.clone() };
+    let source = Source::Diagnosing { name: name.to_owned(), diagnosing: diagnosing.clone() };
     while_served(ui, listen, source, "diagnosis", || {
         let interrupted = interrupt_flag()?;
         let ended = diagnose(&diagnosing);
@@ -121,7 +120,8 @@ impl Onlooker for Diagnosing {
 
     fn ends(&self, answer: &Diagnosis) -> Result<(), Failure> {
         let json = serde_json::to_value(answer);
-        let json = json.map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
+        let json =
+            json.map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
         self.ends(json);
         Ok(())
     }

@@ -276,8 +276,7 @@ fn a_diagnosis_is_shown_and_has_nothing_to_change() {
 #[test]
 fn a_diagnosis_that_runs_says_how_far_it_is_and_then_answers() {
     let run = Diagnosing::default();
-    let server =
-        Server::of(Source::Diagnosing { name: "rig".into(), diagnosing: run.clone() });
+    let server = Server::of(Source::Diagnosing { name: "rig".into(), diagnosing: run.clone() });
     assert_eq!(server.json("/api/source")["kind"], "diagnosing");
     assert_eq!(server.ask("GET /api/data", &[], "").0, 404);
     run.begins(100, None);

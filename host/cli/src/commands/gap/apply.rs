@@ -111,7 +111,9 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         }
         None => {
             let again = Source::open_all(ui, &arguments.bundle)?;
-            Explanation::of(&Search { effects: &effects, ..Search::default() }.answer(ui, again, None)?)?
+            Explanation::of(
+                &Search { effects: &effects, ..Search::default() }.answer(ui, again, None)?,
+            )?
         }
     };
     let fitted =

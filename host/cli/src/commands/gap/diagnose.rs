@@ -50,7 +50,9 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
         None => diagnose(None),
         Some(listen) => {
             let name = arguments.bundle.first().map(|path| path.display().to_string());
-            web::while_diagnosing(ui, listen, &name.unwrap_or_default(), |page| diagnose(Some(page)))
+            web::while_diagnosing(ui, listen, &name.unwrap_or_default(), |page| {
+                diagnose(Some(page))
+            })
         }
     }
 }
