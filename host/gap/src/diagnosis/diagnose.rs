@@ -121,6 +121,35 @@ mod tests {
     }
 
     #[test]
+    fn whoever_watches_is_told_the_most_probable_set_so_far() {
+        use std::ops::ControlFlow;
+        use std::sync::Mutex;
+
+        use crate::{BestSoFar, Watcher};
+
+        #[derive(Default)]
+        struct Seen(Mutex<Vec<BestSoFar>>);
+        impl Watcher for Seen {
+            fn simulated(&self, _simulations: usize) -> ControlFlow<()> {
+                ControlFlow::Continue(())
+            }
+
+            fn found(&self, best: &BestSoFar) {
+                self.0.lock().unwrap().push(best.clone());
+            }
+        }
+
+        let seen = Seen::default();
+        let answer = diagnose(&toy(9.5), "toy", &seen);
+        assert_eq!(answer.verdict, Verdict::Named);
+        let seen = seen.0.into_inner().unwrap();
+        let last = seen.last().expect("it is told at least once");
+        let [only] = &last.effects[..] else { panic!("{last:?}") };
+        assert_eq!((only.id, only.values[0].0.name, last.sets), ("slope", "slope", 2));
+        assert!((only.values[0].1 - 9.5).abs() < 0.1 && last.closes > 0.9, "{last:?}");
+    }
+
+    #[test]
     fn what_was_asked_for_has_no_rival_and_hence_no_confidence() {
         let asked = |slope| diagnose_given(&toy(slope), "toy", &[0], &crate::unwatched);
         let named = asked(9.5);

@@ -89,6 +89,22 @@ mod tests {
     }
 
     #[test]
+    fn what_was_found_so_far_is_told_without_intervals() {
+        let parameter =
+            |name, off| Parameter { name, unit: "1", low: 0.0, high: 9.0, off, scale: 1.0 };
+        let found = |id, values| so_far(&EffectSoFar { id, what: "What it is.", values });
+        let factors =
+            vec![(parameter("shaft_factor", 1.0), 1.42), (parameter("tip_factor", 1.0), 1.0)];
+        assert_eq!(
+            found("instrument.stiffness", factors),
+            "The catheter is 42 % stiffer along the shaft than rig.toml says."
+        );
+        let friction = vec![(parameter("friction_coefficient", 0.3), 0.46)];
+        assert_eq!(found("contact.friction", friction), "The wall's friction coefficient is 0.46.");
+        assert_eq!(found("unheard.of", Vec::new()), "Unheard.of – What it is.");
+    }
+
+    #[test]
     fn an_effect_is_told_as_a_person_would() {
         let friction = [("friction_coefficient", [0.46, 0.42, 0.5, 0.3], "1")];
         assert_eq!(
