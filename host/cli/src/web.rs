@@ -162,9 +162,12 @@ impl From<DashError> for Failure {
     fn from(error: DashError) -> Self {
         let code = match error {
             DashError::Vessel(_) => Code::Input,
-            DashError::WithoutFoxglove | DashError::NothingForFoxglove => Code::Usage,
+            DashError::WithoutFoxglove | DashError::WithoutRos2 | DashError::NothingForFoxglove => {
+                Code::Usage
+            }
             DashError::Listen { .. }
             | DashError::Foxglove { .. }
+            | DashError::Ros2 { .. }
             | DashError::Token { .. }
             | DashError::Served(_) => Code::Failed,
         };

@@ -41,8 +41,13 @@ impl Server {
     /// A device in this process, which nobody has configured.
     fn of_link() -> Self {
         let link = Box::new(Sim::new());
-        let source =
-            LinkSource { link, master: Default::default(), drive: None, watch_only: false };
+        let source = LinkSource {
+            link,
+            master: Default::default(),
+            drive: None,
+            watch_only: false,
+            listeners: Vec::new(),
+        };
         Self::of(Source::Link { name: "sim <script>".into(), source: Box::new(source) })
     }
 
