@@ -72,7 +72,7 @@ impl Course {
     /// motion turns round is known to a grid point, however far apart the points of the course are.
     pub fn against(&self, presliding_m: f64) -> Vec<f64> {
         if presliding_m <= 0.0 {
-            return self.around(&self.direction);
+            return self.around(self.direction.iter().copied());
         }
         let mut bent = 0.0;
         let follow = |(moving, way): (&f64, &f64)| {
@@ -82,17 +82,28 @@ impl Course {
             }
             bent
         };
-        self.around(&self.direction.iter().zip(&self.way_m).map(follow).collect::<Vec<f64>>())
+        self.around(self.direction.iter().zip(&self.way_m).map(follow))
     }
 
-    /// Means of a series on the grid around the points of the course.
-    fn around(&self, series: &[f64]) -> Vec<f64> {
-        let (before, after) = ((self.every - 1) / 2, self.every / 2 + 1);
-        let mean = |i: usize| {
-            let own = &series[i.saturating_sub(before)..(i + after).min(series.len())];
-            own.iter().sum::<f64>() / own.len() as f64
-        };
-        (0..series.len()).step_by(self.every).map(mean).collect()
+    /// Means of a series on the grid around the points of the course. The series is not kept: of a long record
+    /// its memory would take as long as its numbers.
+    fn around(&self, series: impl Iterator<Item = f64>) -> Vec<f64> {
+        let before = (self.every - 1) / 2;
+        let mut means = Vec::with_capacity(self.position_m.len());
+        let (mut sum, mut count) = (0.0, 0_u32);
+        for (i, value) in series.enumerate() {
+            // The first point after those around one point of the course begins with the next one.
+            if count > 0 && (i + before).is_multiple_of(self.every) {
+                means.push(sum / f64::from(count));
+                (sum, count) = (0.0, 0);
+            }
+            sum += value;
+            count += 1;
+        }
+        if count > 0 && means.len() < self.position_m.len() {
+            means.push(sum / f64::from(count));
+        }
+        means
     }
 }
 
