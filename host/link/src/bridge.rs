@@ -28,9 +28,8 @@ pub fn bridge(
         carry(first, second, &mut bridged, 0)?;
         carry(second, first, &mut bridged, 1)?;
     }
-    for (lost, link) in bridged.lost.iter_mut().zip([second, first]) {
-        *lost += link.dropped();
-    }
+    bridged.lost[0] += second.dropped();
+    bridged.lost[1] += first.dropped();
     Ok(bridged)
 }
 
