@@ -97,7 +97,7 @@ mod tests {
             vec![(parameter("shaft_factor", 1.0), 1.42), (parameter("tip_factor", 1.0), 1.0)];
         assert_eq!(
             found("instrument.stiffness", factors),
-            "The catheter is 42 % stiffer along the shaft than rig.toml says."
+            "The instrument's shaft is 42 % stiffer than rig.toml says."
         );
         let friction = vec![(parameter("friction_coefficient", 0.3), 0.46)];
         assert_eq!(found("contact.friction", friction), "The wall's friction coefficient is 0.46.");
