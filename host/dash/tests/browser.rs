@@ -354,7 +354,9 @@ fn a_diagnosis_is_followed_while_it_runs_and_opens_with_its_answer() {
     browser.wait("document.getElementById('count').textContent.includes('simulations of trials')");
     browser.wait("document.getElementById('left').textContent.startsWith('About')");
     look(&mut browser, "diagnosing");
-    browser.wait("cathforce.source.kind === 'diagnosis' && document.getElementById('sentence') !== null");
+    browser.wait(
+        "cathforce.source.kind === 'diagnosis' && document.getElementById('sentence') !== null",
+    );
     let answer = dash.get("/api/data");
     // The budget ended the search before it was done, and the page says so.
     assert_eq!((&answer["format"], &answer["cut"]), (&json!("gap-diagnosis/2"), &json!(true)));

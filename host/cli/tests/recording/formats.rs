@@ -1,6 +1,6 @@
 //! Files that other programs write are read as they meant them: python-can, meshio, rosbags.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::clients::{folder, not_run, python, succeeded};
@@ -94,7 +94,7 @@ fn surfaces_of_vtk_are_the_tube_that_was_written() {
 #[track_caller]
 fn assert_tube(file: &Path, triangles: &serde_json::Value) {
     let name = text(file);
-    let stl = file.with_extension("out.stl");
+    let stl = PathBuf::from(format!("{name}.out.stl"));
     let output = command().args(["import", "mesh", name, "--out", text(&stl)]).output().unwrap();
     assert!(output.status.success(), "{name}: {}", stderr(&output));
     assert!(!stderr(&output).contains("warning"), "{name}: {}", stderr(&output));
