@@ -71,7 +71,7 @@ pub use installed::{DemoArguments, FlashArguments, Programmer};
 pub use link::address as link_address;
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
-    LinkServeArguments, LinkUpArguments,
+    LinkBridgeArguments, LinkServeArguments, LinkUpArguments,
 };
 pub use lumen::LumenArguments;
 pub use material::MaterialArguments;

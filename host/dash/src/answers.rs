@@ -9,6 +9,7 @@ use cathforce_control::Fault;
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
+use crate::diagnosing::Diagnosing;
 use crate::live::{Action, Pilot, Wanted};
 use crate::settings::Changes;
 use crate::{diagnosis, recording, settings, tips};
@@ -25,6 +26,11 @@ pub enum Shown {
         name: String,
         pilot: Pilot,
         scene: Mutex<Option<Scene>>,
+    },
+    /// Its answer is not known yet.
+    Diagnosing {
+        name: String,
+        diagnosing: Diagnosing,
     },
     /// Everything is known beforehand.
     Still {
@@ -74,6 +80,8 @@ impl Shown {
     pub fn source(&self) -> Value {
         let (kind, name) = match self {
             Self::Link { name, .. } => ("link", name),
+            Self::Diagnosing { name, diagnosing } if diagnosing.is_over() => ("diagnosis", name),
+            Self::Diagnosing { name, .. } => ("diagnosing", name),
             Self::Still { kind, name, .. } => (*kind, name),
         };
         let can_change = matches!(self, Self::Link { pilot, .. } if pilot.actions.is_some());
@@ -92,6 +100,7 @@ impl Shown {
     pub fn state(&self) -> Value {
         match self {
             Self::Still { state, .. } => state.clone(),
+            Self::Diagnosing { diagnosing, .. } => diagnosing.json(),
             Self::Link { pilot, .. } => {
                 let mut state = pilot.pictures.borrow().state.clone();
                 let now_ms = 1e3 * pilot.started.elapsed().as_secs_f64();
@@ -109,6 +118,9 @@ impl Shown {
     pub fn data(&self) -> Result<Arc<str>, Unanswered> {
         match self {
             Self::Still { data, .. } => Ok(Arc::clone(data)),
+            Self::Diagnosing { diagnosing, .. } => diagnosing
+                .data()
+                .ok_or_else(|| Unanswered::Absent("the diagnosis is not done yet".into())),
             Self::Link { pilot, .. } => Ok(pilot.history.json().to_string().into()),
         }
     }
@@ -116,8 +128,9 @@ impl Shown {
     /// The vessel. Takes a second for a large one.
     pub fn scene(&self) -> Result<Arc<str>, Unanswered> {
         match self {
-            Self::Still { scene, .. } => {
-                scene.clone().ok_or_else(|| Unanswered::Absent("a diagnosis has no vessel".into()))
+            Self::Still { scene: Some(scene), .. } => Ok(Arc::clone(scene)),
+            Self::Still { .. } | Self::Diagnosing { .. } => {
+                Err(Unanswered::Absent("a diagnosis has no vessel".into()))
             }
             Self::Link { pilot, scene, .. } => {
                 let image = pilot.image.get().ok_or_else(not_configured)?;

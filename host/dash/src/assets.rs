@@ -39,6 +39,7 @@ assets! {
     "/faults.js" SCRIPT "faults.js",
     "/replay.js" SCRIPT "replay.js",
     "/diagnosis.js" SCRIPT "diagnosis.js",
+    "/diagnosing.js" SCRIPT "diagnosing.js",
     "/vendor/uPlot.esm.js" SCRIPT "vendor/uPlot.esm.js",
     "/vendor/uPlot.min.css" CSS "vendor/uPlot.min.css",
     "/vendor/uPlot.LICENSE" TEXT "vendor/uPlot.LICENSE",

@@ -26,6 +26,16 @@ pub enum DashError {
         "a diagnosis has no topics for Foxglove\n  fix: omit --foxglove, or give a link or a recording"
     )]
     NothingForFoxglove,
+    #[error(
+        "cannot join domain {domain} of ROS 2: {why}\n  fix: domains are 0 to 232, as in ROS_DOMAIN_ID, and a \
+         network interface must be up"
+    )]
+    Ros2 { domain: u16, why: String },
+    #[error(
+        "this program was built without `--ros2`\n  fix: build it with its feature `ros2`, which is on by \
+         default: `cargo install --path host/cli`"
+    )]
+    WithoutRos2,
     #[error("the vessel in the recording: {0}")]
     Vessel(String),
     #[error("the server ended: {0}")]

@@ -8,6 +8,7 @@
 
 mod answers;
 mod assets;
+mod diagnosing;
 mod diagnosis;
 mod error;
 #[cfg(feature = "foxglove")]
@@ -18,12 +19,21 @@ mod foxglove;
 mod guard;
 mod live;
 mod recording;
+#[cfg(feature = "ros2")]
+mod ros2;
+#[cfg(not(feature = "ros2"))]
+#[path = "ros2_left_out.rs"]
+mod ros2;
 mod server;
 mod settings;
+#[cfg(any(feature = "foxglove", feature = "ros2"))]
+mod stamped;
 mod tips;
 mod token_file;
 
+pub use diagnosing::Diagnosing;
 pub use diagnosis::read_diagnosis;
 pub use error::DashError;
-pub use live::{Drive, Feed, FollowSource, LinkSource, Measurement, NewRecording, feed};
+pub use live::{Drive, Feed, FollowSource, LinkSource, Listener, Measurement, NewRecording, feed};
+pub use ros2::{JointNames, Joints, Ros2};
 pub use server::{MOST_VIEWERS, Options, Source, Started, serve};

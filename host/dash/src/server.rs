@@ -24,6 +24,7 @@ use tokio::sync::Semaphore;
 
 use crate::answers::{Shown, Unanswered};
 use crate::assets::ASSETS;
+use crate::diagnosing::Diagnosing;
 use crate::error::DashError;
 use crate::foxglove::Bridge;
 use crate::guard::{Guard, new_token};
@@ -62,6 +63,11 @@ pub enum Source {
     Diagnosis {
         name: String,
         answer: Value,
+    },
+    /// A diagnosis that another part of the program runs.
+    Diagnosing {
+        name: String,
+        diagnosing: Diagnosing,
     },
 }
 
@@ -173,7 +179,12 @@ async fn shown(
             };
             Ok((shown, bridge))
         }
-        Source::Diagnosis { .. } if foxglove.is_some() => Err(DashError::NothingForFoxglove),
+        Source::Diagnosis { .. } | Source::Diagnosing { .. } if foxglove.is_some() => {
+            Err(DashError::NothingForFoxglove)
+        }
+        Source::Diagnosing { name, diagnosing } => {
+            Ok((Shown::Diagnosing { name, diagnosing }, None))
+        }
         Source::Diagnosis { name, answer } => Ok((Shown::of_diagnosis(name, &answer), None)),
     }
 }

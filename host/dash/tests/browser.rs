@@ -345,6 +345,29 @@ fn a_diagnosis_of_either_version_opens_with_its_answer() {
 }
 
 #[test]
+fn a_diagnosis_is_followed_while_it_runs_and_opens_with_its_answer() {
+    let mut browser = Browser::start();
+    browser.shape(1400, 1000, false);
+    let dash = Dash::diagnosing(&[text(&example()), "--budget", "25s"]);
+    browser.open(&dash.address);
+    assert_eq!(dash.get("/api/state")["mode"], "diagnosing");
+    browser.wait("document.getElementById('count').textContent.includes('simulations of trials')");
+    browser.wait("document.getElementById('left').textContent.startsWith('About')");
+    look(&mut browser, "diagnosing");
+    browser.wait(
+        "cathforce.source.kind === 'diagnosis' && document.getElementById('sentence') !== null",
+    );
+    let answer = dash.get("/api/data");
+    // The budget ended the search before it was done, and the page says so.
+    assert_eq!((&answer["format"], &answer["cut"]), (&json!("gap-diagnosis/2"), &json!(true)));
+    assert!(browser.text("#d-answer").contains("A time budget ended the search"));
+    assert_eq!(browser.text("#sentence"), answer["sentence"].as_str().unwrap());
+    assert_eq!(browser.complaints, Vec::<String>::new().as_slice(), "the page complained");
+    drop(browser);
+    dash.end();
+}
+
+#[test]
 fn what_is_no_source_is_refused_with_what_to_give() {
     let output = cathforce(["dash", "nowhere.mcap", "--listen", "127.0.0.1:0"]);
     assert_fails(&output, 2, &["`nowhere.mcap` is no file", "socketcan:can0"]);

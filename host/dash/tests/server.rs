@@ -9,7 +9,7 @@ use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use cathforce_dash::{LinkSource, MOST_VIEWERS, Options, Source, Started, feed, serve};
+use cathforce_dash::{Diagnosing, LinkSource, MOST_VIEWERS, Options, Source, Started, feed, serve};
 use cathforce_link::{Client, Sim, Step};
 use serde_json::{Value, json};
 
@@ -41,8 +41,13 @@ impl Server {
     /// A device in this process, which nobody has configured.
     fn of_link() -> Self {
         let link = Box::new(Sim::new());
-        let source =
-            LinkSource { link, master: Default::default(), drive: None, watch_only: false };
+        let source = LinkSource {
+            link,
+            master: Default::default(),
+            drive: None,
+            watch_only: false,
+            listeners: Vec::new(),
+        };
         Self::of(Source::Link { name: "sim <script>".into(), source: Box::new(source) })
     }
 
@@ -271,6 +276,24 @@ fn a_diagnosis_is_shown_and_has_nothing_to_change() {
     assert!(server.started.token_file.is_none());
     assert_eq!(server.ask("POST /api/do", &["Authorization: Bearer "], "{}").0, 401);
     assert_eq!(server.ask("GET /api/scene", &[], "").0, 404);
+}
+
+#[test]
+fn a_diagnosis_that_runs_says_how_far_it_is_and_then_answers() {
+    let run = Diagnosing::default();
+    let server = Server::of(Source::Diagnosing { name: "rig".into(), diagnosing: run.clone() });
+    assert_eq!(server.json("/api/source")["kind"], "diagnosing");
+    assert_eq!(server.ask("GET /api/data", &[], "").0, 404);
+    run.begins(100, None);
+    run.simulated(50);
+    run.found(&["<b>The wall is softer.</b>".into()], 0.8, 12);
+    let state = server.json("/api/state");
+    assert_eq!((&state["mode"], &state["simulations"]), (&json!("diagnosing"), &json!(50)));
+    assert!(state["seconds_left"].is_number() && state["best"]["closes"] == 0.8, "{state}");
+    run.ends(json!({ "format": "gap-diagnosis/2", "verdict": "named" }));
+    assert_eq!(server.json("/api/source")["kind"], "diagnosis");
+    assert_eq!(server.json("/api/data")["verdict"], "named");
+    assert_eq!(server.json("/api/state")["verdict"], "named");
 }
 
 /// A run shows its frames, and whoever watches changes nothing, not even with a token: there is none.

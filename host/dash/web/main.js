@@ -1,6 +1,7 @@
 // The page: what is shown, its views, and the loop that draws them.
 
 import { el, say } from "./dom.js";
+import { Diagnosing } from "./diagnosing.js";
 import { Diagnosis } from "./diagnosis.js";
 import { Faults } from "./faults.js";
 import { Forces } from "./forces.js";
@@ -19,6 +20,7 @@ const VIEWS = {
   link: [["tracking", "Tracking", Tracking], ["forces", "Forces", Forces], ["settings", "Settings", Settings], ["timing", "Timing", Timing], ["faults", "Faults", Faults]],
   recording: [["tracking", "Tracking", Tracking], ["forces", "Forces", Forces], ["timing", "Timing", Timing], ["faults", "Faults", Faults], ["replay", "Replay", Replay]],
   diagnosis: [["diagnosis", "Diagnosis", Diagnosis]],
+  diagnosing: [["diagnosing", "Diagnosis", Diagnosing]],
 };
 
 class App {
@@ -89,7 +91,7 @@ class App {
       if (on && !this.views[id]) this.views[id] = new View(panel, this);
     }
     this.shown = id;
-    if (this.source.kind !== "diagnosis") history.replaceState(null, "", `#${id}`);
+    if (!this.source.kind.startsWith("diagnos")) history.replaceState(null, "", `#${id}`);
     if (this.packed && id === "tracking" && !this.views.tracking.vessel) this.views.tracking.load(this.packed.vessel, this.packed.radius);
     this.redraw();
   }

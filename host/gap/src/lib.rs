@@ -57,6 +57,6 @@ pub use explaining::locate::Cell;
 pub use explaining::map::Map;
 pub use explaining::on_vessel::{OnVessel, Square, VesselMap};
 pub use fitting::nuisance::NUISANCE_LIMIT;
-pub use fitting::problem::{Progress, unwatched};
+pub use fitting::progress::{BestSoFar, EffectSoFar, Progress, Watcher, unwatched};
 pub use planning::{isolability, protocol, spike};
 pub use plant::{Altered, Silhouette};

@@ -17,6 +17,7 @@
 
 mod address;
 mod boards;
+mod bridge;
 mod build;
 mod client;
 mod error;
@@ -46,6 +47,7 @@ pub use cathforce_bus::Direction;
 
 pub use address::{check as check_address, open};
 pub use boards::{BOARDS, Board, Flash, board, update};
+pub use bridge::{Bridged, bridge};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, CrashRecord, Device, SavedImage, Tap};
 pub use error::{ADDRESSES, LinkError};

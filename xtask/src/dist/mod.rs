@@ -143,7 +143,13 @@ impl Source {
             }
         };
         let remap = |from: &Path, to: &str| format!("--remap-path-prefix={}={to}", from.display());
-        let flags = [remap(&self.root, "/cathforce"), remap(&home, "/cargo")];
+        // The last one that fits is taken: what build scripts generate lies beside the checkout in one build, and
+        // inside it in the other.
+        let flags = [
+            remap(&self.root, "/cathforce"),
+            remap(&home, "/cargo"),
+            remap(&self.target, "/build"),
+        ];
         // They are added to those of .cargo/config.toml; flags from outside would replace both.
         command.arg(format!("target.{rustflags_of}.rustflags={flags:?}"));
         command.current_dir(&self.root).env_remove("RUSTFLAGS").env_remove(build::ID_BASE);

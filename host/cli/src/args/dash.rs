@@ -7,6 +7,9 @@ use clap::Args;
 
 use super::Changes;
 
+/// The ports of a later one would lie beyond the last port.
+const LAST_DOMAIN: u16 = 232;
+
 #[derive(Debug, Args)]
 pub struct DashArguments {
     /// What to show: the address of a link (qemu, sim, slcan:tcp:HOST:PORT, socketcan:can0 …), a recording,
@@ -29,6 +32,21 @@ pub struct DashArguments {
     /// Write the layout for Foxglove into this file, to be imported there.
     #[arg(long, value_name = "FILE", requires = "foxglove")]
     pub foxglove_layout: Option<PathBuf>,
+    /// Publish the topics of a device in ROS 2 too, in this domain; no ROS has to be installed. Without a
+    /// number, in the domain of ROS_DOMAIN_ID, or in 0.
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, require_equals = true, value_parser = domain,
+          default_missing_value = "")]
+    pub ros2: Option<u16>,
+    /// Move the drives as the joints of this topic (sensor_msgs/JointState) move, instead of playing a trial.
+    #[arg(long, value_name = "TOPIC", requires_all = ["ros2", "bundle", "insertion_joint"],
+          conflicts_with = "trial")]
+    pub ros2_joints: Option<String>,
+    /// Name of the joint that inserts the catheter, in metres.
+    #[arg(long, value_name = "NAME", requires = "ros2_joints")]
+    pub insertion_joint: Option<String>,
+    /// Name of the joint that turns the catheter, in radians. Without it, the catheter is not turned.
+    #[arg(long, value_name = "NAME", requires = "ros2_joints")]
+    pub rotation_joint: Option<String>,
     /// Name of this computer under which browsers may ask, besides localhost. May be repeated.
     #[arg(long = "host", value_name = "NAME")]
     pub hosts: Vec<String>,
@@ -54,4 +72,27 @@ pub struct DashArguments {
     pub watch_only: bool,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+/// The domain of ROS 2; that of the environment where none is named.
+fn domain(text: &str) -> Result<u16, String> {
+    let named = match text {
+        "" => std::env::var("ROS_DOMAIN_ID").unwrap_or_else(|_| "0".to_owned()),
+        named => named.to_owned(),
+    };
+    let domain = named.parse().ok().filter(|domain| *domain <= LAST_DOMAIN);
+    domain.ok_or_else(|| format!("`{named}` is no domain of ROS 2; domains are 0 to {LAST_DOMAIN}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_domain_is_one_that_ros_has() {
+        assert_eq!(domain("42"), Ok(42));
+        for wrong in ["233", "-1", "lab"] {
+            assert!(domain(wrong).unwrap_err().contains("0 to 232"), "{wrong}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Arguments of the commands about the gap between model and measurement.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -360,6 +361,11 @@ pub struct DiagnoseArguments {
     /// cut. Ctrl-C does the same at any time.
     #[arg(long, value_name = "TIME", value_parser = time_budget)]
     pub budget: Option<Duration>,
+    /// Show the diagnosis in a browser while it runs, and its answer until Ctrl-C, at this address and port
+    /// [default: 127.0.0.1:7410].
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, require_equals = true,
+          default_missing_value = "127.0.0.1:7410")]
+    pub dash: Option<SocketAddr>,
 }
 
 impl DiagnoseArguments {

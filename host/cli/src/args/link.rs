@@ -23,6 +23,9 @@ pub enum LinkAction {
     /// Be a device on this link, in this process, to try the other commands or a master without a
     /// board.
     Serve(LinkServeArguments),
+    /// Carry the frames of two links to each other, for example to lend the CAN adapter of this computer to
+    /// another one.
+    Bridge(LinkBridgeArguments),
 }
 
 #[derive(Debug, Args)]
@@ -62,6 +65,16 @@ pub struct LinkServeArguments {
     /// Start with a clock that stands still until the host grants ticks.
     #[arg(long)]
     pub lock_step: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct LinkBridgeArguments {
+    /// One bus, for example socketcan:can0.
+    #[arg(value_parser = address)]
+    pub first: String,
+    /// The other one, for example slcan:listen:0.0.0.0:5555, which others join with slcan:tcp:HOST:5555.
+    #[arg(value_parser = address)]
+    pub second: String,
 }
 
 #[derive(Debug, Args)]

@@ -4,8 +4,10 @@ use std::io::{Write as _, stdout};
 use std::path::Path;
 
 use cathforce_bundle::Bundle;
+use cathforce_bundle::bundle::EncoderReading;
 use cathforce_dash::{
-    Drive, LinkSource, Measurement, NewRecording, Options, Source, Started, serve,
+    Drive, JointNames, Joints, LinkSource, Measurement, NewRecording, Options, Ros2, Source,
+    Started, serve,
 };
 use cathforce_link::Step;
 use cathforce_recording::{Attachments, Recorder, RunInfo, analyse, is_recording};
@@ -74,6 +76,7 @@ fn source(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
     let only_link = [
         (arguments.bundle.is_some(), "--bundle"),
         (arguments.watch_only, "--watch-only"),
+        (arguments.ros2.is_some(), "--ros2"),
         (arguments.changes.file.is_some(), "--settings"),
         (!arguments.changes.settings.is_empty(), "--set"),
     ];
@@ -120,9 +123,39 @@ fn link(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
     })?;
     let drive = arguments.bundle.as_deref().map(|path| drive(ui, arguments, path)).transpose()?;
     let master = master_of(arguments.changes.file.as_deref())?;
+    let mut ros2 = arguments.ros2.map(Ros2::join).transpose()?;
+    let drive = match (drive, &mut ros2, joints(arguments)) {
+        (Some(drive), Some(ros2), Some(names)) => Some(by_joints(drive, ros2.joints(names)?)),
+        (drive, _, _) => drive,
+    };
+    let listeners = ros2.map(|ros2| ros2.listener(master)).transpose()?.into_iter().collect();
     let link = cathforce_link::open(&address)?;
-    let source = LinkSource { link, master, drive, watch_only: arguments.watch_only };
+    let watch_only = arguments.watch_only;
+    let source = LinkSource { link, master, drive, watch_only, listeners };
     Ok(Source::Link { name: address, source: Box::new(source) })
+}
+
+/// The joints of a robot that were asked for.
+fn joints(arguments: &DashArguments) -> Option<JointNames> {
+    Some(JointNames {
+        topic: arguments.ros2_joints.clone()?,
+        insertion: arguments.insertion_joint.clone()?,
+        rotation: arguments.rotation_joint.clone(),
+    })
+}
+
+/// The same, moved by the joints of a robot and not by the trial.
+fn by_joints(drive: Drive, joints: Joints) -> Drive {
+    let reading = move |(insertion_m, rotation_rad)| EncoderReading { insertion_m, rotation_rad };
+    Drive {
+        step_at: Box::new(move |_| Step {
+            encoder: joints.now().map(reading).map(encoder),
+            ..Step::default()
+        }),
+        measured_at: Box::new(|_| None),
+        duration_s: f64::INFINITY,
+        ..drive
+    }
 }
 
 /// Makes files for recordings of this rig in the folder for them.

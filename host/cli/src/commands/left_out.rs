@@ -48,6 +48,7 @@ pub mod dash {
 
 #[cfg(not(feature = "dash"))]
 pub mod web {
+    use crate::commands::gap::watched::Onlooker;
     use crate::failure::Failure;
     use crate::ui::Ui;
 
@@ -58,6 +59,15 @@ pub mod web {
         _: impl FnOnce(&crate::log::Watch) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         Err(super::without("cathforce run --dash", "dash"))
+    }
+
+    pub fn while_diagnosing(
+        _: &Ui,
+        _: std::net::SocketAddr,
+        _: &str,
+        _: impl FnOnce(&dyn Onlooker) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        Err(super::without("cathforce gap diagnose --dash", "dash"))
     }
 }
 

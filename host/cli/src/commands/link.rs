@@ -1,11 +1,13 @@
 //! `cathforce link`: what this computer can reach a device through.
 
 use cathforce_link::interface::{self, BusState, Interface, Kind};
-use cathforce_link::{LinkError, SerialPort, Sim, serial_ports, serve};
+use cathforce_link::{Bridged, LinkError, SerialPort, Sim, bridge, serial_ports, serve};
 use serde_json::{Value, json};
 
-use crate::args::{LinkAction, LinkArguments, LinkServeArguments, LinkUpArguments};
-use crate::failure::Failure;
+use crate::args::{
+    LinkAction, LinkArguments, LinkBridgeArguments, LinkServeArguments, LinkUpArguments,
+};
+use crate::failure::{Code, Failure};
 use crate::session::interrupt_flag;
 use crate::ui::{Ui, two_columns};
 
@@ -18,6 +20,7 @@ pub fn run(ui: &Ui, arguments: &LinkArguments) -> Result<(), Failure> {
             show(ui, &[interface::find(&arguments.interface)?], &[])
         }
         LinkAction::Serve(arguments) => be_a_device(ui, arguments),
+        LinkAction::Bridge(arguments) => carry(ui, arguments),
     }
 }
 
@@ -142,5 +145,28 @@ fn be_a_device(ui: &Ui, arguments: &LinkServeArguments) -> Result<(), Failure> {
         "{} frames received, {} sent, {} while nobody listened{dropped}\n",
         served.received, served.sent, served.unsent
     );
+    ui.data(&json, text)
+}
+
+fn carry(ui: &Ui, arguments: &LinkBridgeArguments) -> Result<(), Failure> {
+    if arguments.first == arguments.second {
+        let message = format!("both ends are {}, and a bus hears itself anyway", arguments.first);
+        return Err(Failure::new(Code::Usage, message));
+    }
+    // Until both are there, Ctrl-C ends this program as any other.
+    let mut first = cathforce_link::open(&arguments.first)?;
+    let mut second = cathforce_link::open(&arguments.second)?;
+    let stop = interrupt_flag()?;
+    let (one, other) = (first.name().to_owned(), second.name().to_owned());
+    ui.say(format_args!("{one} and {other} carry each other's frames; Ctrl-C ends it"));
+    let Bridged { crossed, lost } = bridge(&mut *first, &mut *second, stop)?;
+    let json = json!({ "first": one, "second": other, "crossed": crossed, "lost": lost });
+    let ways = [(&one, &other), (&other, &one)].into_iter().zip(crossed).zip(lost);
+    let text: String = ways
+        .map(|(((from, to), crossed), lost)| match lost {
+            0 => format!("{crossed} frames from {from} to {to}\n"),
+            _ => format!("{crossed} frames from {from} to {to}, and {lost} that nobody took\n"),
+        })
+        .collect();
     ui.data(&json, text)
 }

@@ -118,6 +118,33 @@ fn whoever_waits_for_nobody_can_be_interrupted() {
     }
 }
 
+/// A computer with an adapter lends it to one without: the frames of both buses cross, in their order.
+#[test]
+fn a_device_behind_a_bridge_replays_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let (device, link) = device();
+    let mut bridge = Running::start(&["link", "bridge", &link, "slcan:listen:0"]);
+    let line = bridge.line();
+    let behind = line.split('`').nth(1).unwrap().trim_start_matches("--link ").to_owned();
+    assert_ne!(behind, link);
+    let example = example();
+    let run = ["run", "--link", &behind, text(&example), "--duration", "0.3", "--cell", "3"];
+    let output = command().args(run).args(["--out", text(&file)]).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let check = data(["check", text(&file)]);
+    assert_eq!(check["replays"], true, "{check}");
+    let (code, crossed) = bridge.interrupt();
+    assert_eq!(code, Some(0));
+    let counts: Vec<u64> =
+        crossed.lines().map(|line| line.split(' ').next().unwrap().parse().unwrap()).collect();
+    assert!(counts.len() == 2 && counts.iter().all(|count| *count > 600), "{crossed}");
+    assert!(!crossed.contains("nobody took"), "{crossed}");
+    assert_eq!(device.interrupt().0, Some(0));
+    let output = cathforce(["link", "bridge", &link, &link]);
+    assert_fails(&output, 2, &["both ends are"]);
+}
+
 /// The host may listen as well as the device.
 #[test]
 fn a_host_may_wait_for_the_device() {

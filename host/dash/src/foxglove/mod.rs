@@ -3,7 +3,6 @@
 //! A client can only watch: the server takes no messages, parameters or calls from it. Of a recording it
 //! may also say when to play, from where and how fast.
 
-mod live;
 mod outlet;
 mod player;
 
@@ -14,11 +13,11 @@ use cathforce_recording::Recording;
 use foxglove::websocket::Capability;
 use foxglove::{WebSocketServer, WebSocketServerHandle};
 
-use self::live::Live;
 use self::outlet::Outlet;
 use self::player::Player;
 use crate::error::DashError;
 use crate::live::Listener;
+use crate::stamped::Stamped;
 
 /// Messages that wait for one client, some half second of all topics; the oldest are dropped for newer.
 const WAITING: usize = 8192;
@@ -43,7 +42,7 @@ impl Bridge {
         let server = server(listen, name, &outlet);
         let (address, handle) = start(listen, server).await?;
         let bridge = Self { address, live: Some(handle), _player: None };
-        Ok((bridge, Box::new(Live::new(outlet, master))))
+        Ok((bridge, Box::new(Stamped::new(outlet, master))))
     }
 
     /// Serves a recording, which plays when somebody connects.

@@ -30,9 +30,14 @@ impl Outlet {
     pub fn context(&self) -> &Arc<Context> {
         &self.context
     }
+}
 
-    /// Hands on what [`Topics`] made.
-    pub fn send(&self, messages: Result<Vec<TopicMessage>, TopicError>) {
+impl crate::stamped::Outlet for Outlet {
+    fn topics(&mut self) -> &mut Topics {
+        &mut self.topics
+    }
+
+    fn send(&mut self, messages: Result<Vec<TopicMessage>, TopicError>) {
         // Every message has fields that its encoding can hold; one that it could not hold is left out.
         for message in messages.unwrap_or_default() {
             if let Some(channel) = self.channels.get(message.topic) {

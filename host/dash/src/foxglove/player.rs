@@ -12,6 +12,7 @@ use foxglove::websocket::{
 };
 
 use super::outlet::Outlet;
+use crate::stamped::Outlet as _;
 
 /// From one look at what is due to the next.
 const LOOK: Duration = Duration::from_millis(5);
@@ -209,7 +210,8 @@ impl Playing {
                 break;
             }
             let shape_m = recording.trial.shapes_m.get(self.row).map_or(&[][..], Vec::as_slice);
-            outlet.send(outlet.topics.measured(row_ns, row, shape_m));
+            let messages = outlet.topics.measured(row_ns, row, shape_m);
+            outlet.send(messages);
             self.row += 1;
         }
     }

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::fs;
-use std::io::{BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -69,6 +69,26 @@ impl Dash {
         let token_file = said["token_file"].as_str().map(PathBuf::from);
         let foxglove = said["foxglove"].as_str().map(str::to_owned);
         Self { process, address, token_file, foxglove }
+    }
+
+    /// A diagnosis that is shown while it runs.
+    pub fn diagnosing(arguments: &[&str]) -> Self {
+        let mut process = command()
+            .args(["gap", "diagnose", "--dash=127.0.0.1:0"])
+            .args(arguments)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut said = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let address = said.find_map(|line| Some(line.split_once("diagnosis at ")?.1.to_owned()));
+        // What else it says is read, so that it never waits.
+        std::thread::spawn(move || said.for_each(drop));
+        let Some(address) = address else {
+            process.kill().unwrap();
+            panic!("it said no address");
+        };
+        Self { process, address, token_file: None, foxglove: None }
     }
 
     pub fn token(&self) -> String {

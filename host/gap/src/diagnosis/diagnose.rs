@@ -6,7 +6,8 @@ use crate::data::sanity;
 use crate::diagnosis::answer::Answer;
 use crate::diagnosis::phase_per_trial::{closes_more, with_own_phases};
 use crate::diagnosis::report::Diagnosis;
-use crate::fitting::problem::{Problem, Progress};
+use crate::fitting::problem::Problem;
+use crate::fitting::progress::Progress;
 use crate::noise::floor::Floor;
 use crate::plant::{BROKEN_DOWN, Plant};
 use crate::rules::Rules;
@@ -117,6 +118,35 @@ mod tests {
 
     fn answer(slope: f64) -> Diagnosis {
         diagnose(&toy(slope), "toy", &crate::unwatched)
+    }
+
+    #[test]
+    fn whoever_watches_is_told_the_most_probable_set_so_far() {
+        use std::ops::ControlFlow;
+        use std::sync::Mutex;
+
+        use crate::{BestSoFar, Watcher};
+
+        #[derive(Default)]
+        struct Seen(Mutex<Vec<BestSoFar>>);
+        impl Watcher for Seen {
+            fn simulated(&self, _simulations: usize) -> ControlFlow<()> {
+                ControlFlow::Continue(())
+            }
+
+            fn found(&self, best: &BestSoFar) {
+                self.0.lock().unwrap().push(best.clone());
+            }
+        }
+
+        let seen = Seen::default();
+        let answer = diagnose(&toy(9.5), "toy", &seen);
+        assert_eq!(answer.verdict, Verdict::Named);
+        let seen = seen.0.into_inner().unwrap();
+        let last = seen.last().expect("it is told at least once");
+        let [only] = &last.effects[..] else { panic!("{last:?}") };
+        assert_eq!((only.id, only.values[0].0.name, last.sets), ("slope", "slope", 2));
+        assert!((only.values[0].1 - 9.5).abs() < 0.1 && last.closes > 0.9, "{last:?}");
     }
 
     #[test]

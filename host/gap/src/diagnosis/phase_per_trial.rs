@@ -7,7 +7,8 @@
 
 use crate::diagnosis::report::{Diagnosis, Verdict};
 use crate::fitting::nuisance::{Nuisances, Refit};
-use crate::fitting::problem::{Problem, Progress};
+use crate::fitting::problem::Problem;
+use crate::fitting::progress::Progress;
 use crate::fitting::swing;
 use crate::noise::floor::Floor;
 use crate::plant::Altered;

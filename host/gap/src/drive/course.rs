@@ -1,5 +1,7 @@
 //! What a command is predicted along: a motion at every n-th grid point, with what no effect changes.
 
+use std::borrow::Cow;
+
 use cathforce_bundle::bundle::Axis as Kind;
 
 use super::motion::Motion;
@@ -31,6 +33,9 @@ impl Known {
     }
 }
 
+/// Presliding distances after which a bristle remembers nothing: e⁻⁴⁰ is below the rounding of 1.
+const FAR: f64 = 40.0;
+
 /// A motion with what is known along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
@@ -44,6 +49,8 @@ pub struct Course {
     direction: Vec<f64>,
     way_m: Vec<f64>,
     pub known: Known,
+    /// The direction around every point, where friction turns over at once: so it is in most simulations.
+    at_once: Vec<f64>,
 }
 
 impl Course {
@@ -53,7 +60,7 @@ impl Course {
         let position = &motion.position_m;
         let turned = |v: &f64| (v / axis.turnover_m_per_s).tanh();
         let ways = position.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        Self {
+        let mut course = Self {
             dt_s: motion.dt_s * every as f64,
             every,
             position_m: thin(position),
@@ -62,7 +69,10 @@ impl Course {
             direction: motion.velocity_m_per_s.iter().map(turned).collect(),
             way_m: std::iter::once(0.0).chain(ways).collect(),
             known: Known { load: thin(&known.load), ..known.clone() },
-        }
+            at_once: Vec::new(),
+        };
+        course.at_once = course.around(course.direction.iter().copied());
+        course
     }
 
     /// The direction that friction is against, from −1 to 1. After a reversal it turns over within
@@ -70,29 +80,47 @@ impl Course {
     ///
     /// Bristles are bent at every grid point, and of those around a point of the course the mean is taken: when a
     /// motion turns round is known to a grid point, however far apart the points of the course are.
-    pub fn against(&self, presliding_m: f64) -> Vec<f64> {
+    pub fn against(&self, presliding_m: f64) -> Cow<'_, [f64]> {
         if presliding_m <= 0.0 {
-            return self.around(&self.direction);
+            return Cow::Borrowed(&self.at_once);
         }
         let mut bent = 0.0;
         let follow = |(moving, way): (&f64, &f64)| {
-            // A bristle that is bent as far as it goes stays so, which needs no exponential.
-            if bent != *moving {
+            // A bristle that is bent as far as it goes stays so, and one that has gone far is: neither needs an
+            // exponential.
+            if *way > FAR * presliding_m {
+                bent = *moving;
+            } else if bent != *moving {
                 bent = moving + (bent - moving) * (-way / presliding_m).exp();
             }
             bent
         };
-        self.around(&self.direction.iter().zip(&self.way_m).map(follow).collect::<Vec<f64>>())
+        Cow::Owned(self.around(self.direction.iter().zip(&self.way_m).map(follow)))
     }
 
-    /// Means of a series on the grid around the points of the course.
-    fn around(&self, series: &[f64]) -> Vec<f64> {
-        let (before, after) = ((self.every - 1) / 2, self.every / 2 + 1);
-        let mean = |i: usize| {
-            let own = &series[i.saturating_sub(before)..(i + after).min(series.len())];
-            own.iter().sum::<f64>() / own.len() as f64
-        };
-        (0..series.len()).step_by(self.every).map(mean).collect()
+    /// Means of a series on the grid around the points of the course. The series is not kept: of a long record
+    /// its memory would take as long as its numbers.
+    fn around(&self, series: impl Iterator<Item = f64>) -> Vec<f64> {
+        if self.every == 1 {
+            return series.collect();
+        }
+        // Around the first point lie those after it alone.
+        let mut whole = self.every / 2 + 1;
+        let mut means = Vec::with_capacity(self.position_m.len());
+        let (mut sum, mut count) = (0.0, 0);
+        for value in series {
+            sum += value;
+            count += 1;
+            if count == whole {
+                means.push(sum / count as f64);
+                (sum, count, whole) = (0.0, 0, self.every);
+            }
+        }
+        // The last one may lack some after it; what lies after those is around none.
+        if means.len() < self.position_m.len() {
+            means.push(sum / count as f64);
+        }
+        means
     }
 }
 

@@ -5,16 +5,21 @@
 
 mod course;
 pub(crate) mod effects;
+mod error;
 mod inertia;
 pub(crate) mod misread;
 pub(crate) mod motion;
 pub(crate) mod noise;
 mod plant;
+mod prepare;
+mod regimes;
 mod segments;
 mod setpoint;
+mod slow;
 mod spike;
 mod stamps;
 
 pub use effects::{counted_in, listed};
-pub use plant::{Drive, DriveError};
+pub use error::DriveError;
+pub use plant::Drive;
 pub use spike::Spiking;

@@ -7,7 +7,8 @@ use cathforce_bundle::bundle::{Bundle, DriveTrial, TrialData};
 
 use super::course::Course;
 use super::effects::{command, latency_s};
-use super::plant::{Drive, DriveError};
+use super::error::DriveError;
+use super::plant::Drive;
 use crate::diagnosis::diagnose;
 use crate::diagnosis::report::Diagnosis;
 use crate::planning::spike::{Changes, Spike, SpikeError, Spiked, Sum, point};

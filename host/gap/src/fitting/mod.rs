@@ -4,5 +4,6 @@ pub mod fit;
 pub mod loss;
 pub mod nuisance;
 pub mod problem;
+pub mod progress;
 pub mod search;
 pub mod swing;

@@ -1,10 +1,10 @@
 //! Trials and model as one least-squares problem: whitened residuals and their derivatives.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::fitting::progress::{BestSoFar, Progress};
 use crate::noise::floor::Floor;
 use crate::parallel::{each_or_none, each_some};
 use crate::plant::{Parameter, Plant, Point};
@@ -31,15 +31,6 @@ const SMALL_STEP_SD: f64 = 1e-3;
 /// other side as well: at a threshold, as a fork of the vessel is, a step that crosses it gives a
 /// difference that is no derivative.
 const CROSSED: f64 = 4.0;
-
-/// Told after every simulation how many there were; says whether to go on. A run that must stop gives the
-/// best answer that it has.
-pub type Progress<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
-
-/// Nobody watches, and the run goes on to its end.
-pub fn unwatched(_simulations: usize) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
 
 /// A plant with the noise of its samples.
 pub struct Problem<'a> {
@@ -86,6 +77,11 @@ impl<'a> Problem<'a> {
         self.is_cut.load(Ordering::Relaxed)
     }
 
+    /// Tells whoever watches what was found so far.
+    pub fn tell(&self, best: &BestSoFar) {
+        self.progress.found(best);
+    }
+
     /// The noise floor of every channel.
     pub fn floor(&self) -> &Floor {
         &self.floor
@@ -102,7 +98,7 @@ impl<'a> Problem<'a> {
     pub fn residual(&self, trial: usize, point: &Point) -> Option<DVector<f64>> {
         let predicted = self.plant.simulate(trial, point)?;
         let done = self.simulations.fetch_add(1, Ordering::Relaxed) + 1;
-        if (self.progress)(done).is_break() {
+        if self.progress.simulated(done).is_break() {
             self.is_cut.store(true, Ordering::Relaxed);
         }
         let samples = &self.plant.trials()[trial].samples;

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::fitting::nuisance::Nuisances;
-use crate::fitting::problem::Progress;
+use crate::fitting::progress::Progress;
 use crate::noise::floor::Floor;
 use crate::parallel::{each_or_none, each_some};
 use crate::plant::{Parameter, Plant, Point, Sample};
@@ -209,7 +209,7 @@ impl<'a> Played<'a> {
             let predicted = self.plant.simulate(trial, point)?;
             let done = 1 + self.done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             // A look at what a recording can tell takes seconds, and is not ended before.
-            let _ = (self.progress)(done);
+            let _ = self.progress.simulated(done);
             let whitened = predicted.iter().zip(&self.weights[trial]).map(|(f, w)| f * w);
             let whitened = DVector::from_iterator(predicted.len(), whitened);
             whitened.iter().all(|x| x.is_finite()).then_some(whitened)

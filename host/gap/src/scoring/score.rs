@@ -236,11 +236,15 @@ impl Score {
         self.quantities.iter().map(|(_, energy, _)| *energy).fold(0.0, f64::max)
     }
 
-    /// Shrink of the gap above the floor against the nominal model's score.
+    /// Shrink of the gap above the floor against the nominal model's score: at most 1, and −1 where twice as much
+    /// is left, or more. Where the nominal model leaves nothing above the floor, there is nothing to close.
     ///
     /// See docs/explanation/diagnosis.md (D9).
     pub fn shrink(&self, nominal: &Score) -> f64 {
-        1.0 - self.gap / nominal.gap.max(f64::MIN_POSITIVE)
+        match nominal.gap {
+            gap if gap > 0.0 => (1.0 - self.gap / gap).max(-1.0),
+            _ => 0.0,
+        }
     }
 
     /// The same in the terms that fits lower: of a drive that is less than squares, and a single effect

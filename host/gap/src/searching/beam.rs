@@ -16,6 +16,7 @@ use crate::evidence::discrepancy::{Cell, Evidence, Screen, evidence};
 use crate::evidence::noise::Noise;
 use crate::fitting::fit::{Depth, Start};
 use crate::fitting::nuisance::Nuisances;
+use crate::fitting::progress::{BestSoFar, EffectSoFar};
 use crate::parallel::{each, each_some};
 use crate::rules::Prior;
 use crate::scoring::candidate::Candidate;
@@ -80,6 +81,7 @@ impl Selector<'_> {
         let whole = singles.iter().flatten().filter(|c| c.fit.is_whole()).cloned();
         let first: Vec<Candidate> = whole.chain([nominal.clone()]).collect();
         let mut sets: Sets = each_some(first, scored).into_iter().collect();
+        self.tell(&nominal, &sets);
         let (most, rounds) = match cheap {
             true => (rules.search.most_effects_of_a_drive, rules.search.rounds_of_a_drive),
             false => (rules.search.most_effects, rules.search.rounds),
@@ -104,8 +106,23 @@ impl Selector<'_> {
             for (effects, own) in found {
                 sets.entry(effects).or_insert(own);
             }
+            self.tell(&nominal, &sets);
         }
         self.finished(&noise, &nominal, singles, failed, sets)
+    }
+
+    /// Tells whoever watches which set is the most probable one so far.
+    fn tell(&self, nominal: &Candidate, sets: &Sets) {
+        let Some(own) = sets.get(&best_of(sets, self.problem.rules.search.tie)) else { return };
+        let Candidate { fit, score } = &own.candidate;
+        let found = fit.effects.iter().map(|&index| {
+            let effect = &self.problem.plant.effects()[index];
+            let values = effect.parameters.iter().zip(&fit.point.effects[index]);
+            let values = values.map(|(parameter, value)| (*parameter, *value)).collect();
+            EffectSoFar { id: effect.id, what: effect.what, values }
+        });
+        let (effects, closes) = (found.collect(), score.shrink(&nominal.score));
+        self.problem.tell(&BestSoFar { effects, closes, sets: sets.len() });
     }
 
     /// A model that was asked for, compared with the nominal one alone.

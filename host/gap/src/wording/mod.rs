@@ -8,4 +8,4 @@ mod told;
 mod transmission;
 
 pub use place::{channel, place};
-pub use told::{capitalised, name, size, values};
+pub use told::{capitalised, name, size, so_far, values};

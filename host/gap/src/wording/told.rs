@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::clause::{Clause, DIGITS, Is, Words};
 use super::{catheter, drive, transmission};
 use crate::deciding::interval::Estimate;
+use crate::fitting::progress::EffectSoFar;
 use crate::rounding::shortest;
 
 /// What is known of an effect; a drive's may have the name of a catheter's, with other parameters.
@@ -34,6 +35,25 @@ pub fn values(id: &str, what: &str, parameters: &BTreeMap<String, Estimate>) -> 
         return sentence(&format!("{id} – {}", what.trim_end_matches('.')));
     }
     sentence(&clauses.join("; "))
+}
+
+/// An effect with its values and without their intervals, as one sentence.
+pub fn so_far(effect: &EffectSoFar) -> String {
+    let value = |clause: &Clause| {
+        let mut all = effect.values.iter();
+        all.find(|(own, value)| own.name == clause.parameter && *value != own.off)
+    };
+    let sizes = clauses(effect.id).filter(|clause| clause.is == Is::Size);
+    let told = sizes.filter_map(|clause| {
+        let (own, value) = value(clause)?;
+        Some(clause.told.alone(*value, own.unit))
+    });
+    match told.collect::<Vec<String>>() {
+        told if told.is_empty() => {
+            sentence(&format!("{} – {}", effect.id, effect.what.trim_end_matches('.')))
+        }
+        told => sentence(&told.join("; ")),
+    }
 }
 
 /// A size of an effect, as a clause. `unit`: of the parameter.
@@ -66,6 +86,22 @@ mod tests {
             ((*name).to_owned(), own)
         };
         values(id, "what it is.", &parameters.iter().map(own).collect())
+    }
+
+    #[test]
+    fn what_was_found_so_far_is_told_without_intervals() {
+        let parameter =
+            |name, off| Parameter { name, unit: "1", low: 0.0, high: 9.0, off, scale: 1.0 };
+        let found = |id, values| so_far(&EffectSoFar { id, what: "What it is.", values });
+        let factors =
+            vec![(parameter("shaft_factor", 1.0), 1.42), (parameter("tip_factor", 1.0), 1.0)];
+        assert_eq!(
+            found("instrument.stiffness", factors),
+            "The instrument's shaft is 42 % stiffer than rig.toml says."
+        );
+        let friction = vec![(parameter("friction_coefficient", 0.3), 0.46)];
+        assert_eq!(found("contact.friction", friction), "The wall's friction coefficient is 0.46.");
+        assert_eq!(found("unheard.of", Vec::new()), "Unheard.of – What it is.");
     }
 
     #[test]

@@ -16,6 +16,7 @@ use cathforce_mechanics::{Description, ParameterInfo, parameters};
 use serde::Serialize;
 
 use super::band_text::half_width;
+use super::diagnose::Search;
 use super::explanation::{Explanation, Fitted, is_measurement};
 use super::source::Source;
 use crate::args::ApplyArguments;
@@ -110,7 +111,9 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         }
         None => {
             let again = Source::open_all(ui, &arguments.bundle)?;
-            Explanation::of(&super::diagnose::answer(ui, again, &[], &effects, None)?)?
+            Explanation::of(
+                &Search { effects: &effects, ..Search::default() }.answer(ui, again, None)?,
+            )?
         }
     };
     let fitted =

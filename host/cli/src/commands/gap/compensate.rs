@@ -11,6 +11,7 @@ use cathforce_gap::report::{Verdict, quantity};
 use cathforce_gap::transmission::{Achieved, Compensation, Model, Transmission};
 use serde::Serialize;
 
+use super::diagnose::Search;
 use super::explanation::Explanation;
 use super::source::Source;
 use crate::args::CompensateArguments;
@@ -71,7 +72,7 @@ pub fn run(ui: &Ui, arguments: &CompensateArguments) -> Result<(), Failure> {
         }
         None => {
             let again = Source::open(ui, &arguments.bundle)?;
-            Explanation::of(&super::diagnose::answer(ui, again, &[], &[], None)?)?
+            Explanation::of(&Search::default().answer(ui, again, None)?)?
         }
     };
     if !matches!(explanation.verdict, Verdict::Named | Verdict::Partial | Verdict::NoGap) {

@@ -8,6 +8,7 @@ use cathforce_gap::{Coverage, Covered, covered};
 use serde::Serialize;
 
 use super::band_text::{CHANNELS, half_width, text};
+use super::diagnose::Search;
 use super::source::Source;
 use crate::args::CoverageArguments;
 use crate::failure::{Code, Failure};
@@ -70,7 +71,8 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
     let source = Source::open(ui, path)?;
     let name = source.bundle.rig.name.clone();
     let is_drive = source.bundle.catheter().is_none();
-    let answer = super::diagnose::answer(ui, source, hold_back, &[], None)?;
+    let search = Search { hold_back, ..Search::default() };
+    let answer = search.answer(ui, source, None)?;
     let Some(band) = &answer.band else {
         let why = match is_drive {
             true => "a drive on its own has none, it is of a catheter's forces".to_owned(),

@@ -1,9 +1,7 @@
 //! `cathforce gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use cathforce_bundle::{Bundle, Trial};
@@ -18,11 +16,16 @@ use cathforce_pages::diagnosis_page;
 
 use super::hash::own_sha256;
 use super::source::Source;
+use super::watched::{Onlooker, Watched};
 use crate::args::DiagnoseArguments;
+#[cfg(not(feature = "dash"))]
+use crate::commands::web;
 use crate::failure::{Code, Failure};
 use crate::output::{Kind, check_again, check_apart, write_again};
 use crate::session::interrupt_flag;
 use crate::ui::Ui;
+#[cfg(feature = "dash")]
+use crate::web;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     // Said now: a diagnosis takes minutes.
@@ -32,54 +35,73 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     page_file.map_or(Ok(()), |file| check_again(file, Kind::Page))?;
     let effects = super::names::effects(arguments.effects.iter().map(String::as_str))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
-    let answer = answer(ui, source, &arguments.hold_back, &effects, arguments.budget)?;
-    let written = json.write(ui, &answer, text(&answer));
-    if let Some(file) = &arguments.report {
-        write_again(file, Kind::Page, diagnosis_page(&answer))?;
-        ui.say(format_args!("page: {}", file.display()));
+    let diagnose = |onlooker: Option<&dyn Onlooker>| {
+        let search = Search { hold_back: &arguments.hold_back, effects: &effects, onlooker };
+        let answer = search.answer(ui, source, arguments.budget)?;
+        let written = json.write(ui, &answer, text(&answer));
+        if let Some(file) = &arguments.report {
+            write_again(file, Kind::Page, diagnosis_page(&answer))?;
+            ui.say(format_args!("page: {}", file.display()));
+        }
+        written?;
+        check(&answer, arguments.fail_above)
+    };
+    match arguments.dash {
+        None => diagnose(None),
+        Some(listen) => {
+            let name = arguments.bundle.first().map(|path| path.display().to_string());
+            web::while_diagnosing(ui, listen, &name.unwrap_or_default(), |page| {
+                diagnose(Some(page))
+            })
+        }
     }
-    written?;
-    check(&answer, arguments.fail_above)
 }
 
-/// Diagnoses a rig's trials without some of its trials; with `effects`, fits those and no others.
-pub fn answer(
-    ui: &Ui,
-    mut source: Source,
-    hold_back: &[u32],
-    effects: &[&Effect],
-    budget: Option<Duration>,
-) -> Result<Diagnosis, Failure> {
-    let (start, interrupted) = (Instant::now(), interrupt_flag()?);
-    let reproduce = reproduce(&source, hold_back, effects)?;
-    let seen = seen(&source.bundle.trials, hold_back);
-    hold_trials_back(&mut source.bundle, hold_back)?;
-    let plant = source.plant()?;
-    let bundle = &source.bundle;
-    let given = indices(plant.as_ref(), effects)?;
-    ui.say(format_args!("compared: {}", plant.compared()));
-    let progress = ui.progress("diagnosing", expected_simulations(plant.as_ref()), "simulations");
-    let progress = Mutex::new(progress);
-    let tell = |done| {
-        if let Ok(mut progress) = progress.lock() {
-            progress.set(done as u64);
+/// What is sought, and who looks on.
+#[derive(Clone, Copy, Default)]
+pub struct Search<'a> {
+    /// Numbers of trials that are left out.
+    pub hold_back: &'a [u32],
+    /// Fits these effects and no others.
+    pub effects: &'a [&'a Effect],
+    pub onlooker: Option<&'a dyn Onlooker>,
+}
+
+impl Search<'_> {
+    /// Diagnoses a rig's trials. `budget`: ends the search with the best answer so far.
+    pub fn answer(
+        self,
+        ui: &Ui,
+        mut source: Source,
+        budget: Option<Duration>,
+    ) -> Result<Diagnosis, Failure> {
+        let Self { hold_back, effects, onlooker } = self;
+        let (start, interrupted) = (Instant::now(), interrupt_flag()?);
+        let reproduce = reproduce(&source, hold_back, effects)?;
+        let seen = seen(&source.bundle.trials, hold_back);
+        hold_trials_back(&mut source.bundle, hold_back)?;
+        let plant = source.plant()?;
+        let bundle = &source.bundle;
+        let given = indices(plant.as_ref(), effects)?;
+        ui.say(format_args!("compared: {}", plant.compared()));
+        let expected = expected_simulations(plant.as_ref());
+        if let Some(onlooker) = onlooker {
+            onlooker.begins(expected, budget);
         }
-        let is_late = budget.is_some_and(|budget| start.elapsed() >= budget);
-        match is_late || interrupted.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
-    };
-    let name = &bundle.rig.name;
-    let mut answer = match given.as_slice() {
-        [] => diagnose(plant.as_ref(), name, &tell),
-        given => diagnose_given(plant.as_ref(), name, given, &tell),
-    };
-    drop(progress);
-    answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
-    answer.remarks.extend(seen);
-    answer.reproduce = reproduce;
-    Ok(answer)
+        let progress = Mutex::new(ui.progress("diagnosing", expected, "simulations"));
+        let watched = Watched { progress, start, budget, interrupted, onlooker };
+        let name = &bundle.rig.name;
+        let mut answer = match given.as_slice() {
+            [] => diagnose(plant.as_ref(), name, &watched),
+            given => diagnose_given(plant.as_ref(), name, given, &watched),
+        };
+        drop(watched);
+        answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
+        answer.remarks.extend(seen);
+        answer.reproduce = reproduce;
+        onlooker.map_or(Ok(()), |onlooker| onlooker.ends(&answer))?;
+        Ok(answer)
+    }
 }
 
 /// How to get an answer to these files again.

@@ -16,6 +16,7 @@ mod protocol;
 pub mod source;
 mod spike_in;
 mod verify;
+pub mod watched;
 
 use crate::args::{GapAction, GapArguments};
 use crate::failure::Failure;

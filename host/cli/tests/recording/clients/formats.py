@@ -2,6 +2,7 @@
 
     formats.py logs LOG FOLDER      a candump log in every format that python-can writes
     formats.py meshes FOLDER        a tube in every format that meshio writes
+    formats.py vtk FOLDER           the tube in every encoding of VTK's own XML formats
     formats.py read FILE.stl        corners of a surface, as meshio reads it
 """
 
@@ -59,6 +60,43 @@ def meshes(folder):
     print(json.dumps({"triangles": len(triangles)}))
 
 
+def vtk(folder):
+    import vtk
+
+    points, triangles = tube()
+    corners, cells = vtk.vtkPoints(), vtk.vtkCellArray()
+    for point in points:
+        corners.InsertNextPoint(point)
+    for triangle in triangles:
+        cells.InsertNextCell(3, triangle.tolist())
+    surface = vtk.vtkPolyData()
+    surface.SetPoints(corners)
+    surface.SetPolys(cells)
+    grid = vtk.vtkUnstructuredGrid()
+    grid.SetPoints(corners)
+    grid.SetCells(vtk.VTK_TRIANGLE, cells)
+    names = []
+    for ending, data, writers in [
+        ("vtp", surface, vtk.vtkXMLPolyDataWriter),
+        ("vtu", grid, vtk.vtkXMLUnstructuredGridWriter),
+    ]:
+        for mode in ["Ascii", "Binary", "Appended"]:
+            for packer in [None, "ZLib", "LZ4"]:
+                for order in ["Little", "Big"]:
+                    for base64 in [True, False] if mode == "Appended" else [True]:
+                        writer = writers()
+                        names.append(f"{mode}-{packer}-{order}-{base64}.{ending}")
+                        writer.SetFileName(str(folder / names[-1]))
+                        writer.SetInputData(data)
+                        getattr(writer, f"SetDataModeTo{mode}")()
+                        getattr(writer, f"SetByteOrderTo{order}Endian")()
+                        writer.SetEncodeAppendedData(base64)
+                        packing = {"ZLib": vtk.vtkZLibDataCompressor, "LZ4": vtk.vtkLZ4DataCompressor}
+                        writer.SetCompressor(packing[packer]() if packer else None)
+                        writer.Write()
+    print(json.dumps({"triangles": len(triangles), "names": names}))
+
+
 def read(path):
     import meshio
     import numpy as np
@@ -75,4 +113,4 @@ def read(path):
 
 
 what, *rest = sys.argv[1:]
-{"logs": logs, "meshes": meshes, "read": read}[what](*map(Path, rest))
+{"logs": logs, "meshes": meshes, "vtk": vtk, "read": read}[what](*map(Path, rest))

@@ -38,6 +38,8 @@ pub struct LinkSource {
     pub drive: Option<Drive>,
     /// Send nothing at all.
     pub watch_only: bool,
+    /// Who hears the bus besides.
+    pub listeners: Vec<Box<dyn Listener>>,
 }
 
 /// The thread, and the ways to it.
@@ -56,12 +58,12 @@ pub struct Pilot {
 
 impl Pilot {
     pub fn start(source: LinkSource, listener: Option<Box<dyn Listener>>) -> Self {
-        let LinkSource { link, master, drive, watch_only } = source;
+        let LinkSource { link, master, drive, watch_only, listeners } = source;
         let can_record = drive.as_ref().is_some_and(|drive| drive.new_recording.is_some());
         let (actions, inbox) = channel();
         let mut pilot =
             Self::begin(master, (!watch_only).then_some(actions), |mut gather, shared| {
-                listener.into_iter().for_each(|listener| gather.add_listener(listener));
+                listeners.into_iter().chain(listener).for_each(|own| gather.add_listener(own));
                 let Shared { image, position, stop } = shared;
                 let mut flight = Flight { bus: Bus { link, gather }, inbox, image, position, stop };
                 move || {
