@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Changes, page_file};
+use super::Changes;
 
 /// The ports of a later one would lie beyond the last port.
 const LAST_DOMAIN: u16 = 232;
@@ -16,7 +16,7 @@ pub struct DashArguments {
     /// or the JSON of a diagnosis.
     pub source: String,
     /// Write the same views of a recording or a diagnosis as one page that needs no server, and serve nothing.
-    #[arg(long, value_name = "FILE.html", value_parser = page_file,
+    #[arg(long, value_name = "FILE.html",
           conflicts_with_all = ["foxglove", "ros2", "bundle"])]
     pub save: Option<PathBuf>,
     /// Address and port to listen on; port 0 takes a free one. Other computers can watch only where this
