@@ -371,7 +371,8 @@ fn a_diagnosis_is_followed_while_it_runs_and_opens_with_its_answer() {
 fn a_recording_saved_as_a_page_is_scrubbed_without_a_server() {
     let folder = tempfile::tempdir().unwrap();
     let [file, page] = ["run.mcap", "run.html"].map(|name| folder.path().join(name));
-    let run = ["simulate", text(&example()), "--duration", "2", "--out", text(&file), "--quiet"];
+    let bundle = example();
+    let run = ["simulate", text(&bundle), "--duration", "2", "--out", text(&file), "--quiet"];
     assert!(cathforce(run).status.success());
     let saved = cathforce(["dash", text(&file), "--save", text(&page)]);
     assert!(saved.status.success(), "{}", String::from_utf8_lossy(&saved.stderr));
