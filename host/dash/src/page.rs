@@ -48,9 +48,9 @@ pub fn page(source: &Source, fault_pages: &[(&str, &str)]) -> Result<String, Das
     for (path, answer) in answers {
         // JSON may hold `<` in its texts alone, and there it has another form that ends no element.
         let answer = answer.replace('<', "\\u003c");
-        let _ = write!(
+        let _ = writeln!(
             packed,
-            "<script type=\"application/json\" id=\"{PACKED}{path}\">{answer}</script>\n"
+            "<script type=\"application/json\" id=\"{PACKED}{path}\">{answer}</script>"
         );
     }
     let mut page = text(INDEX).to_owned();
