@@ -72,7 +72,7 @@ pub fn run(given: &Given) -> anyhow::Result<()> {
 /// Lets the example be played there and back, and opens the page that shows it.
 fn watch(consent: Consent) -> anyhow::Result<()> {
     println!(
-        "The program is built with its web pages: some 4 minutes on 2 cores the first time.\n"
+        "The program is built with its web pages: some minutes the first time.\n"
     );
     let board = setup::emulator_and_firmware(consent, &["dash"])?;
     let mut dash = command(&board.program);
