@@ -81,9 +81,11 @@ pub fn host() -> anyhow::Result<PathBuf> {
 }
 
 /// The command that builds a `cathforce` without what takes long to build and the demo does not
-/// need.
-pub fn quick_host_command() -> Command {
-    cargo(&["build", "--profile", QUICK, "--package", "cathforce", "--no-default-features"])
+/// need. `features`: what it needs beside.
+pub fn quick_host_command(features: &[&str]) -> Command {
+    let mut build = cargo(&["build", "--profile", QUICK, "--package", "cathforce"]);
+    build.arg("--no-default-features").args(features.iter().flat_map(|own| ["--features", own]));
+    build
 }
 
 /// Where [`quick_host_command`] leaves the program.

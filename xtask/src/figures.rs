@@ -21,7 +21,7 @@ const END: &str = "<!-- end -->";
 
 /// Measures the demo and every practice trial without an effect, and writes what they gave.
 pub fn write(consent: Consent) -> anyhow::Result<()> {
-    let elf = setup::emulator_and_firmware(consent)?.elf;
+    let elf = setup::emulator_and_firmware(consent, &[])?.elf;
     let program = build::host()?;
     let out = target_folder().join("demo");
     std::fs::create_dir_all(&out)?;

@@ -12,7 +12,7 @@ const COMPONENTS: [&str; 3] = ["clippy", "rustfmt", "llvm-tools"];
 /// Everything that any task needs.
 pub fn all(consent: Consent) -> anyhow::Result<()> {
     suite_components(consent)?;
-    let built = emulator_and_firmware(consent)?;
+    let built = emulator_and_firmware(consent, &[])?;
     println!("{} builds, and {} boots it", built.elf.display(), emulator::PROGRAM);
     guest::prepare(consent)
 }
@@ -23,10 +23,11 @@ pub struct Board {
     pub elf: std::path::PathBuf,
 }
 
-/// The emulator, the firmware, and the program, built for a first run, that has measured both.
-pub fn emulator_and_firmware(consent: Consent) -> anyhow::Result<Board> {
+/// The emulator, the firmware, and the program, built for a first run, that has measured both. `features`: what
+/// the program needs beside.
+pub fn emulator_and_firmware(consent: Consent, features: &[&str]) -> anyhow::Result<Board> {
     let mut jobs = vec![progress::Job::new("firmware", firmware_build(consent)?)];
-    jobs.push(progress::Job::new("program", [build::quick_host_command()]));
+    jobs.push(progress::Job::new("program", [build::quick_host_command(features)]));
     if let Some(install) = emulator::missing(consent)? {
         jobs.push(progress::Job::new("QEMU", [install]));
     }

@@ -139,8 +139,18 @@ impl Watcher for Feed {
 
 /// How it is served. `names`: by which browsers may ask, beside `localhost`.
 pub fn options(listen: SocketAddr, names: Vec<String>) -> Options {
-    let fault_pages = Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect();
-    Options { listen, names, token_folder: token_folder(), fault_pages, foxglove: None }
+    Options {
+        listen,
+        names,
+        token_folder: token_folder(),
+        fault_pages: fault_pages(),
+        foxglove: None,
+    }
+}
+
+/// Name and text of the page of each fault.
+pub fn fault_pages() -> Vec<(&'static str, &'static str)> {
+    Fault::ALL.iter().map(|&fault| (fault.name(), fault::page(fault))).collect()
 }
 
 /// Warns where others of the network can reach it.
@@ -162,9 +172,10 @@ impl From<DashError> for Failure {
     fn from(error: DashError) -> Self {
         let code = match error {
             DashError::Vessel(_) => Code::Input,
-            DashError::WithoutFoxglove | DashError::WithoutRos2 | DashError::NothingForFoxglove => {
-                Code::Usage
-            }
+            DashError::WithoutFoxglove
+            | DashError::WithoutRos2
+            | DashError::NothingForFoxglove
+            | DashError::NothingToSave => Code::Usage,
             DashError::Listen { .. }
             | DashError::Foxglove { .. }
             | DashError::Ros2 { .. }

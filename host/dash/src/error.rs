@@ -36,6 +36,11 @@ pub enum DashError {
          default: `cargo install --path host/cli`"
     )]
     WithoutRos2,
+    #[error(
+        "a device that runs cannot be saved as a page\n  fix: record it with `cathforce run --out FILE.mcap`, and \
+         save the recording"
+    )]
+    NothingToSave,
     #[error("the vessel in the recording: {0}")]
     Vessel(String),
     #[error("the server ended: {0}")]

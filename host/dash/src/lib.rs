@@ -18,6 +18,7 @@ mod foxglove;
 mod foxglove;
 mod guard;
 mod live;
+mod page;
 mod recording;
 #[cfg(feature = "ros2")]
 mod ros2;
@@ -35,5 +36,6 @@ pub use diagnosing::Diagnosing;
 pub use diagnosis::read_diagnosis;
 pub use error::DashError;
 pub use live::{Drive, Feed, FollowSource, LinkSource, Listener, Measurement, NewRecording, feed};
+pub use page::page;
 pub use ros2::{JointNames, Joints, Ros2};
 pub use server::{MOST_VIEWERS, Options, Source, Started, serve};

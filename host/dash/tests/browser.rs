@@ -368,6 +368,32 @@ fn a_diagnosis_is_followed_while_it_runs_and_opens_with_its_answer() {
 }
 
 #[test]
+fn a_recording_saved_as_a_page_is_scrubbed_without_a_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, page] = ["run.mcap", "run.html"].map(|name| folder.path().join(name));
+    let bundle = example();
+    let run = ["simulate", text(&bundle), "--duration", "2", "--out", text(&file), "--quiet"];
+    assert!(cathforce(run).status.success());
+    let saved = cathforce(["dash", text(&file), "--save", text(&page)]);
+    assert!(saved.status.success(), "{}", String::from_utf8_lossy(&saved.stderr));
+    fs::remove_file(&file).unwrap();
+    let mut browser = Browser::start();
+    browser.shape(1400, 1000, false);
+    browser.open(&format!("file://{}", text(&page)));
+    browser.wait("cathforce.views.tracking.vessel !== undefined");
+    browser.fill("#scrub", "1.5");
+    browser
+        .wait("Math.abs(cathforce.frame.t - 1.5) < 1e-6 && cathforce.frame.shape.at.length > 30");
+    browser.click("#tab-forces");
+    browser.wait("cathforce.views.forces.charts[3].plot.data[0].length > 500");
+    look(&mut browser, "saved-forces");
+    browser.click("#tab-faults");
+    browser.wait("document.getElementById('fault-list').textContent.length > 10");
+    assert_eq!(browser.complaints, Vec::<String>::new().as_slice(), "the page complained");
+    assert_fails(&cathforce(["dash", "sim", "--save", text(&page)]), 2, &["cannot be saved"]);
+}
+
+#[test]
 fn what_is_no_source_is_refused_with_what_to_give() {
     let output = cathforce(["dash", "nowhere.mcap", "--listen", "127.0.0.1:0"]);
     assert_fails(&output, 2, &["`nowhere.mcap` is no file", "socketcan:can0"]);

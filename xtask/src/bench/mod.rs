@@ -51,7 +51,7 @@ pub fn measure(given: &Given) -> anyhow::Result<()> {
     }
     anyhow::ensure!(!given.has("wheel"), "--wheel goes with --environments");
     let (json, consent) = (given.path("json")?, Consent::of(given));
-    let elf = setup::emulator_and_firmware(consent)?.elf;
+    let elf = setup::emulator_and_firmware(consent, &[])?.elf;
     let python = match given.has("without-peers") {
         true => None,
         false => Some(peers::python(consent)?),

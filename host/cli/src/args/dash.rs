@@ -15,6 +15,10 @@ pub struct DashArguments {
     /// What to show: the address of a link (qemu, sim, slcan:tcp:HOST:PORT, socketcan:can0 …), a recording,
     /// or the JSON of a diagnosis.
     pub source: String,
+    /// Write the same views of a recording or a diagnosis as one page that needs no server, and serve nothing.
+    #[arg(long, value_name = "FILE.html",
+          conflicts_with_all = ["foxglove", "ros2", "bundle"])]
+    pub save: Option<PathBuf>,
     /// Address and port to listen on; port 0 takes a free one. Other computers can watch only where this
     /// is no address of this computer alone.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7410")]

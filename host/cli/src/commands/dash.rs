@@ -7,7 +7,7 @@ use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::EncoderReading;
 use cathforce_dash::{
     Drive, JointNames, Joints, LinkSource, Measurement, NewRecording, Options, Ros2, Source,
-    Started, serve,
+    Started, page, serve,
 };
 use cathforce_link::Step;
 use cathforce_recording::{Attachments, Recorder, RunInfo, analyse, is_recording};
@@ -23,7 +23,7 @@ use crate::run_info::info;
 use crate::session::{DBC, interrupt_flag, unix_ns};
 use crate::settings::master_of;
 use crate::ui::Ui;
-use crate::web::{options, warn_of_the_network};
+use crate::web::{fault_pages, options, warn_of_the_network};
 
 /// A measured force is drawn until the next row, if that comes within this time \[s\].
 const MEASURED_WITHIN_S: f64 = 0.1;
@@ -33,6 +33,11 @@ const FOXGLOVE_LAYOUT: &str = include_str!("../../../../docs/layouts/foxglove.js
 
 pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
     let source = source(ui, arguments)?;
+    if let Some(file) = &arguments.save {
+        write_again(file, Kind::Page, page(&source, &fault_pages())?)?;
+        ui.say(format_args!("page: {}", file.display()));
+        return Ok(());
+    }
     if let Some(path) = &arguments.foxglove_layout {
         write_again(path, Kind::Json, FOXGLOVE_LAYOUT)?;
         ui.say(format_args!("wrote the layout for Foxglove: {}", path.display()));

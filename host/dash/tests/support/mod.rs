@@ -1,4 +1,5 @@
 //! A browser without a window, driven over the DevTools protocol.
+#![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpStream;

@@ -9,9 +9,12 @@ use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 
-/// The program that the suite builds for all tests. It is no dependency of this library, so cargo does not
-/// name it here.
+/// The program that the suite builds for all tests, or that `CATHFORCE_PROGRAM` names. It is no dependency of this
+/// library, so cargo does not name it here.
 pub fn program() -> PathBuf {
+    if let Some(named) = std::env::var_os("CATHFORCE_PROGRAM") {
+        return named.into();
+    }
     let test = std::env::current_exe().unwrap();
     let path = test.parent().and_then(Path::parent).unwrap().join("cathforce");
     let is_there = path.is_file();
@@ -89,6 +92,11 @@ impl Dash {
             panic!("it said no address");
         };
         Self { process, address, token_file: None, foxglove: None }
+    }
+
+    /// Number of its process.
+    pub fn id(&self) -> u32 {
+        self.process.id()
     }
 
     pub fn token(&self) -> String {

@@ -30,8 +30,9 @@ pub(super) enum Is {
 
 /// The words of a parameter.
 pub(super) enum Told {
-    /// `{}` stands for the value with its interval, `{off}` for the value that is no effect. `scale` makes the
-    /// parameter one of `unit`; an empty unit is the parameter's own.
+    /// `{}` stands for the value with its interval, `{off}` for the value that is no effect. Of two words
+    /// `[more|less]` the first is told of a positive value and the second of a negative one, which then loses its
+    /// sign. `scale` makes the parameter one of `unit`; an empty unit is the parameter's own.
     Value { text: &'static str, scale: f64, unit: &'static str },
     /// A ratio: "SUBJECT 42 % MORE than THAN", or "SUBJECT 3.2 times as MUCH as THAN".
     Ratio {
@@ -112,12 +113,33 @@ fn in_unit(value: &str, unit: &str) -> String {
     }
 }
 
+/// A text with the one of two words `[positive|negative]` that the value's sign asks for, and the sign that the value
+/// then loses.
+fn by_sign(text: &str, value: f64) -> (String, f64) {
+    let words = text.split_once('[').and_then(|(before, rest)| {
+        let (words, after) = rest.split_once(']')?;
+        Some((before, words.split_once('|')?, after))
+    });
+    match words {
+        None => (text.to_owned(), 1.0),
+        Some((before, (positive, _), after)) if value >= 0.0 => {
+            (format!("{before}{positive}{after}"), 1.0)
+        }
+        Some((before, (_, negative), after)) => (format!("{before}{negative}{after}"), -1.0),
+    }
+}
+
 impl Told {
     pub(super) fn with_interval(&self, own: &Estimate) -> String {
         match self {
             Self::Value { text, scale, unit } => {
                 let unit = if unit.is_empty() { own.unit } else { *unit };
-                let [value, low, high] = own.times(*scale).digits();
+                let (text, sign) = by_sign(text, scale * own.value);
+                let mut told = own.times(sign * *scale);
+                if sign < 0.0 {
+                    (told.low, told.high) = (told.high, told.low);
+                }
+                let [value, low, high] = told.digits();
                 let off = significant(scale * own.off, DIGITS);
                 let value = format!("{} ({low} to {high})", in_unit(&value, unit));
                 text.replace("{}", &value).replace("{off}", &in_unit(&off, unit))
@@ -149,8 +171,9 @@ impl Told {
         match self {
             Self::Value { text, scale, unit: own } => {
                 let unit = if own.is_empty() { unit } else { own };
-                let value = in_unit(&shortest(scale * value, DIGITS), unit);
-                let text = text.split(", not {off}").next().unwrap_or(text);
+                let (text, sign) = by_sign(text, scale * value);
+                let value = in_unit(&shortest(sign * scale * value, DIGITS), unit);
+                let text = text.split(", not {off}").next().unwrap_or(&text);
                 text.replace("{}", &value)
             }
             Self::Ratio { subject, more, less, much, than } => {

@@ -83,7 +83,7 @@ pub(super) const WORDS: &[Words] = &[
     Words {
         id: "drive.encoder_scale",
         name: "another scale of the encoder",
-        clauses: &[size("ratio", "the encoder counts {} more than was travelled", SHARE)],
+        clauses: &[size("ratio", "the encoder counts {} [more|less] than was travelled", SHARE)],
     },
     Words {
         id: "drive.latency",
@@ -109,7 +109,7 @@ pub(super) const WORDS: &[Words] = &[
     Words {
         id: "sensor.gain",
         name: "another gain of the command's measurement",
-        clauses: &[size("ratio", "the command is measured {} too large", SHARE)],
+        clauses: &[size("ratio", "the command is measured {} too [large|small]", SHARE)],
     },
     Words {
         id: "sensor.time_constant",

@@ -111,6 +111,18 @@ mod tests {
             told("contact.friction", &friction),
             "The wall's friction coefficient is 0.460 (0.420 to 0.500), not 0.30."
         );
+        let scale = |ratio: [f64; 3]| {
+            let [value, low, high] = ratio;
+            told("drive.encoder_scale", &[("ratio", [value, low, high, 0.0], "1")])
+        };
+        assert_eq!(
+            scale([0.02, 0.01, 0.03]),
+            "The encoder counts 2.0 % (1.0 to 3.0) more than was travelled."
+        );
+        assert_eq!(
+            scale([-0.02, -0.03, -0.015]),
+            "The encoder counts 2.00 % (1.50 to 3.00) less than was travelled."
+        );
         let stiffness = [
             ("shaft_factor", [1.42, 1.34, 1.5, 1.0], "1"),
             ("tip_factor", [6.5, 4.6, 8.4, 1.0], "1"),

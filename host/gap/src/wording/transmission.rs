@@ -6,7 +6,7 @@ pub(super) const WORDS: &[Words] = &[
     Words {
         id: "transmission.gain",
         name: "another gain",
-        clauses: &[size("ratio", "the gain differs by {} from what rig.toml says", SHARE)],
+        clauses: &[size("ratio", "the gain is {} [larger|smaller] than rig.toml says", SHARE)],
     },
     Words {
         id: "transmission.curvature",
