@@ -71,9 +71,7 @@ pub fn run(given: &Given) -> anyhow::Result<()> {
 
 /// Lets the example be played there and back, and opens the page that shows it.
 fn watch(consent: Consent) -> anyhow::Result<()> {
-    println!(
-        "The program is built with its web pages: some minutes the first time.\n"
-    );
+    println!("The program is built with its web pages: some minutes the first time.\n");
     let board = setup::emulator_and_firmware(consent, &["dash"])?;
     let mut dash = command(&board.program);
     dash.args(["dash", "qemu", "--json", "--quiet", "--play", "--bundle"])
