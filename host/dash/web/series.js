@@ -59,12 +59,14 @@ export class Series {
 
   halfWidth(of, i) { return of === "size" || of === 4 ? null : this.column(9 + of, i); }
 
-  /** Of the points from one index to another, the one with the largest force. */
+  /** Of the points from one index to another, the one with the largest force. Of a long recording it looks at every
+   * point of it: nothing is made on the way, for collecting it would be seen as a pause. */
   largest(from, to) {
+    const [x, y, z] = this.columns;
     let best = from, most = -1;
     for (let i = from; i < to; i++) {
-      const size = this.vector(0, i, null) ?? 0;
-      if (size > most) { most = size; best = i; }
+      const square = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+      if (square > most) { most = square; best = i; }
     }
     return best;
   }
