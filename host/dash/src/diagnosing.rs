@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use crate::diagnosis;
 
-/// Before this share of the simulations nothing is said of the time that is left: the first simulations take
-/// longer than the others, because every part of the model is simulated for the first time.
+/// Before this share of the simulations nothing is said of the time that is left. The first simulations are the
+/// fastest: `gap diagnose examples/tapered-none --dash` did 41 a second in its first 4 s and 29 a second in 52 s.
 const TOO_EARLY: f64 = 0.03;
 
 /// A diagnosis that another part of the program runs. Clones show the same one.

@@ -17,6 +17,7 @@ mod foxglove;
 #[path = "foxglove_left_out.rs"]
 mod foxglove;
 mod guard;
+mod joint_names;
 mod live;
 mod page;
 mod recording;
@@ -35,7 +36,8 @@ mod token_file;
 pub use diagnosing::Diagnosing;
 pub use diagnosis::read_diagnosis;
 pub use error::DashError;
+pub use joint_names::JointNames;
 pub use live::{Drive, Feed, FollowSource, LinkSource, Listener, Measurement, NewRecording, feed};
 pub use page::page;
-pub use ros2::{JointNames, Joints, Ros2};
+pub use ros2::{Joints, Ros2};
 pub use server::{MOST_VIEWERS, Options, Source, Started, serve};

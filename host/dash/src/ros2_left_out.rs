@@ -3,15 +3,8 @@
 use cathforce_bus::master::Master;
 
 use crate::error::DashError;
+use crate::joint_names::JointNames;
 use crate::live::Listener;
-
-/// Joints of another robot.
-#[derive(Clone, Debug)]
-pub struct JointNames {
-    pub topic: String,
-    pub insertion: String,
-    pub rotation: Option<String>,
-}
 
 /// There are none.
 #[derive(Clone)]

@@ -91,7 +91,7 @@ class App {
       if (on && !this.views[id]) this.views[id] = new View(panel, this);
     }
     this.shown = id;
-    if (!this.source.kind.startsWith("diagnos")) history.replaceState(null, "", `#${id}`);
+    if (VIEWS[this.source.kind].length > 1) history.replaceState(null, "", `#${id}`);
     if (this.packed && id === "tracking" && !this.views.tracking.vessel) this.views.tracking.load(this.packed.vessel, this.packed.radius);
     this.redraw();
   }

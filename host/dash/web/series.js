@@ -59,8 +59,8 @@ export class Series {
 
   halfWidth(of, i) { return of === "size" || of === 4 ? null : this.column(9 + of, i); }
 
-  /** Of the points from one index to another, the one with the largest force. Of a long recording it looks at every
-   * point of it: nothing is made on the way, for collecting it would be seen as a pause. */
+  /** Of the points from one index to another, the one with the largest force. In a long recording it looks at
+   * every point. It makes no objects on the way, because collecting them would be seen as a pause. */
   largest(from, to) {
     const [x, y, z] = this.columns;
     let best = from, most = -1;

@@ -10,7 +10,7 @@ async function answered(answer) {
   return body;
 }
 
-/** Of a page that is a file, which holds its answers: the one to a path. */
+/** A page that was saved as a file holds its answers: this is the one to a path. */
 const packed = (path) => document.getElementById(`packed${path}`);
 
 export const get = async (path) => {

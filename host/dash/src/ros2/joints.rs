@@ -7,20 +7,11 @@ use futures_util::StreamExt as _;
 use ros2_client::{MessageTypeName, Name, Node, QosProfile, Subscription};
 use serde::Deserialize;
 
-/// A position holds for so long after its message: robots publish their joints ten times a second or more. Then
-/// no encoder is sent, and the device gives out no force, as when its encoder is lost.
-const HOLDS: Duration = Duration::from_millis(150);
+use crate::joint_names::JointNames;
 
-/// Where the positions of the drives come from.
-#[derive(Clone, Debug)]
-pub struct JointNames {
-    /// A topic of `sensor_msgs/JointState`.
-    pub topic: String,
-    /// The joint that inserts \[m\].
-    pub insertion: String,
-    /// The joint that turns \[rad\].
-    pub rotation: Option<String>,
-}
+/// A position holds for so long after its message: one and a half times as long as a robot takes to the next one
+/// that publishes ten times a second. Then no encoder is sent, and the device ramps its output down.
+const HOLDS: Duration = Duration::from_millis(150);
 
 /// The last positions that the robot published.
 #[derive(Clone)]

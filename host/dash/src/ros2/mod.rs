@@ -1,4 +1,4 @@
-//! The same for ROS 2, without a ROS installation: topics of a recording out, a robot's joints in.
+//! A node of ROS 2 without a ROS installation: topics of a recording go out, a robot's joints come in.
 
 mod joints;
 mod outlet;
@@ -8,12 +8,13 @@ use ros2_client::{Context, ContextOptions, Node, NodeName, NodeOptions};
 
 use self::outlet::Outlet;
 use crate::error::DashError;
+use crate::joint_names::JointNames;
 use crate::live::Listener;
 use crate::stamped::Stamped;
 
-pub use self::joints::{JointNames, Joints};
+pub use self::joints::Joints;
 
-/// A node of ROS 2. It leaves when it is dropped, and what came of it with it.
+/// A node of ROS 2.
 pub struct Ros2 {
     node: Node,
 }

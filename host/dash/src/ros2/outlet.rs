@@ -8,7 +8,7 @@ use serde::ser::{Serialize, SerializeTuple as _, Serializer};
 /// Packages that every installation of ROS 2 has, and the one of CRTK. Messages of others, which only a recording
 /// needs, stay there.
 const PACKAGES: [&str; 4] = ["crtk_msgs", "geometry_msgs", "sensor_msgs", "tf2_msgs"];
-/// Messages that wait for a subscriber; the oldest give way to newer ones.
+/// Messages that wait for a subscriber that does not keep up; what comes while so many wait is lost to it.
 const DEPTH: usize = 10;
 /// The encapsulation before every message in CDR. It is that of little-endian CDR, which DDS writes itself.
 const HEAD: usize = 4;

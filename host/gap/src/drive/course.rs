@@ -98,8 +98,8 @@ impl Course {
         Cow::Owned(self.around(self.direction.iter().zip(&self.way_m).map(follow)))
     }
 
-    /// Means of a series on the grid around the points of the course. The series is not kept: of a long record
-    /// its memory would take as long as its numbers.
+    /// Means of a series on the grid around the points of the course. The series is not kept: to get the
+    /// memory for that of a long record takes as long as to compute it.
     fn around(&self, series: impl Iterator<Item = f64>) -> Vec<f64> {
         if self.every == 1 {
             return series.collect();
