@@ -242,6 +242,10 @@ mod tests {
             );
             assert_eq!(json["effects"].as_array().unwrap().len(), effects, "{json:#}");
             assert_eq!(json["where"].as_array().unwrap().is_empty(), verdict == "no_gap");
+            for own in json["ranking"].as_array().unwrap() {
+                let shrink = own["shrink"].as_f64().unwrap();
+                assert!((-1.0..=1.0).contains(&shrink), "{json:#}");
+            }
         }
     }
 
