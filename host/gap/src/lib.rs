@@ -56,7 +56,7 @@ pub use explaining::band::{Band, ROWS, Row};
 pub use explaining::locate::Cell;
 pub use explaining::map::Map;
 pub use explaining::on_vessel::{OnVessel, Square, VesselMap};
-pub use fitting::nuisance::NUISANCE_LIMIT;
 pub use fitting::progress::{BestSoFar, EffectSoFar, Progress, Watcher, unwatched};
+pub use fitting::refit::NUISANCE_LIMIT;
 pub use planning::{isolability, protocol, spike};
 pub use plant::{Altered, Silhouette};

@@ -240,10 +240,12 @@ impl<'a> Answer<'a> {
     fn objections(&self, problem: &Problem<'_>, selection: &Selection) -> Vec<String> {
         let best = &selection.best;
         let measured = |trial: usize, i: usize| Some(self.plant.trials()[trial].samples[i].value);
-        let quantities = best.score.quantities.iter().map(|(quantity, ..)| *quantity);
-        let as_large = quantities.filter(|quantity| quantity.is_force()).find_map(|quantity| {
-            let left = best.score.rms(problem, quantity)?;
-            (left >= root_mean_square(problem, quantity, measured)?).then_some(())
+        // Where a sensor shows little but its noise, any model leaves as much as was measured.
+        let above = |energy: f64| energy > problem.rules.verdict.gap;
+        let forces = best.score.quantities.iter().filter(|(own, ..)| own.is_force());
+        let as_large = forces.filter(|(_, energy, _)| above(*energy)).find_map(|(own, ..)| {
+            let left = best.score.rms(problem, *own)?;
+            (left >= root_mean_square(problem, *own, measured)?).then_some(())
         });
         let as_large = as_large.map(|()| {
             "the error that is left is as large as what was measured: the model has the wrong units, \
@@ -377,7 +379,7 @@ impl<'a> Answer<'a> {
     /// Nuisances that are at the limit of their prior in most trials, by the effect that they are.
     fn outside(&self, best: &Candidate) -> BTreeMap<&'static str, Vec<&'static str>> {
         let trials = best.fit.trials.len();
-        let limit = 0.99 * crate::fitting::nuisance::NUISANCE_LIMIT;
+        let limit = 0.99 * crate::NUISANCE_LIMIT;
         let mut outside: BTreeMap<&'static str, Vec<&'static str>> = BTreeMap::new();
         for (k, nuisance) in self.plant.nuisances().iter().enumerate() {
             let at = best.fit.trials.iter().filter(|t| t.refit.estimate[k].abs() >= limit).count();

@@ -6,9 +6,10 @@
 //! fits of this effect alone, in which the phase of a trial is a nuisance parameter.
 
 use crate::diagnosis::report::{Diagnosis, Verdict};
-use crate::fitting::nuisance::{Nuisances, Refit};
+use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
 use crate::fitting::progress::Progress;
+use crate::fitting::refit::Refit;
 use crate::fitting::swing;
 use crate::noise::floor::Floor;
 use crate::plant::Altered;

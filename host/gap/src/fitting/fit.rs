@@ -9,8 +9,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fitting::nuisance::{Nuisances, Refit, telling};
+use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::{Coordinate, Problem};
+use crate::fitting::refit::{Refit, telling};
 use crate::fitting::search::{Effort, Found, Place, Search};
 use crate::plant::{Plant, Point};
 

@@ -5,5 +5,6 @@ pub mod loss;
 pub mod nuisance;
 pub mod problem;
 pub mod progress;
+pub mod refit;
 pub mod search;
 pub mod swing;

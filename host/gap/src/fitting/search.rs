@@ -8,8 +8,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fitting::nuisance::{Nuisances, Refit, most_left};
+use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::{Coordinate, Problem};
+use crate::fitting::refit::{Refit, most_left};
 use crate::fitting::swing::guess;
 use crate::parallel::each_or_none;
 use crate::plant::Point;

@@ -15,8 +15,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fitting::nuisance::{Nuisances, Refit};
+use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
+use crate::fitting::refit::Refit;
 use crate::plant::Swing;
 use crate::signal::wrapped;
 

@@ -6,7 +6,7 @@ use crate::math::{maximum, minimum, sin_cos};
 use crate::{Drive, Real};
 
 /// Number of encoder samples that are kept for the latency.
-pub const LONGEST_LATENCY_TICKS: usize = 64;
+pub const LONGEST_LATENCY_TICKS: usize = 128;
 
 /// State of the drive train.
 #[derive(Clone, Debug)]
@@ -184,8 +184,8 @@ mod tests {
         let out = follow(&late, 0.0, &there_and_back());
         assert!(near(out[1000], 0.05 - 7.5 * 2e-5), "{}", out[1000]);
         assert!(near(out[5], 0.03), "what was before the run is its first sample");
-        let latest = effects(|e| e.latency.time_s = 60e-3);
-        assert!(near(follow(&latest, 0.0, &there_and_back())[1000], 0.05 - 60.0 * 2e-5));
+        let latest = effects(|e| e.latency.time_s = 120e-3);
+        assert!(near(follow(&latest, 0.0, &there_and_back())[1000], 0.05 - 120.0 * 2e-5));
     }
 
     #[test]

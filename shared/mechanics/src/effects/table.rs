@@ -48,7 +48,7 @@ effects! {
         /// Time by which the instrument follows the encoder's samples late.
         latency: Latency {
             /// Delay; no longer than the model remembers at its tick.
-            time_s: "s", 0.0, 0.0, 0.06;
+            time_s: "s", 0.0, 0.0, 0.12;
         }
     }
     /// Where the instrument enters the vessel.
