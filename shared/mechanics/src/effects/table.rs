@@ -268,11 +268,11 @@ effects! {
         /// Sensor whose axes are turned against the vessel's.
         misalignment: SensorMisalignment {
             /// Rotation about x.
-            x_rad: "rad", 0.0, -0.8, 0.8;
+            x_rad: "rad", 0.0, -1.6, 1.6;
             /// Rotation about y.
-            y_rad: "rad", 0.0, -0.8, 0.8;
+            y_rad: "rad", 0.0, -1.6, 1.6;
             /// Rotation about z.
-            z_rad: "rad", 0.0, -0.8, 0.8;
+            z_rad: "rad", 0.0, -1.6, 1.6;
         }
         /// Sensor that follows the force late (first order).
         time_constant: SensorTimeConstant {
