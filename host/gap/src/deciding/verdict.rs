@@ -29,19 +29,22 @@ pub struct Ranked {
 }
 
 /// What a set of effects is worth as an answer. `shrink`: share of the gap that it closes; `worst`: the largest
-/// energy of a quantity that the nominal model leaves.
+/// energy of a quantity that the nominal model leaves; `is_stretched`: whether it leaves no more only with nuisances at
+/// the limits of their priors in most trials.
 pub fn verdict(
     rules: &OfVerdict,
     posterior: &Posterior,
     set: &[usize],
     shrink: f64,
     worst: f64,
+    is_stretched: bool,
 ) -> Verdict {
+    let is_at_floor = worst < rules.at_floor && !is_stretched;
     let is_sure = posterior.without_effect() < rules.sure;
     match of_sets(rules, posterior, set, shrink) {
-        Verdict::Unknown if worst < rules.at_floor => Verdict::NoGap,
-        _ if worst < rules.at_floor && !is_sure => Verdict::NoGap,
-        Verdict::NoGap if worst > rules.gap => Verdict::Unknown,
+        Verdict::Unknown if is_at_floor => Verdict::NoGap,
+        _ if is_at_floor && !is_sure => Verdict::NoGap,
+        Verdict::NoGap if worst > rules.gap || is_stretched => Verdict::Unknown,
         other => other,
     }
 }

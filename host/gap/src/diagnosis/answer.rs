@@ -118,10 +118,11 @@ impl<'a> Answer<'a> {
         let mut set = selection.best.fit.effects.clone();
         set.sort_unstable();
         let worst = before.score.worst();
+        let is_stretched = !before.fit.stretched().is_empty();
         let closed = selection.best.score.shrink_of_loss(&before.score);
         let rules = &problem.rules.verdict;
         let mut verdict = match given {
-            None => verdict(rules, &selection.posterior, &set, closed, worst),
+            None => verdict(rules, &selection.posterior, &set, closed, worst, is_stretched),
             Some(_) => verdict_of_request(rules, &selection.posterior, &set, closed),
         };
         self.diagnosis.none_of_mine = selection.posterior.none_of_mine();
@@ -378,12 +379,10 @@ impl<'a> Answer<'a> {
 
     /// Nuisances that are at the limit of their prior in most trials, by the effect that they are.
     fn outside(&self, best: &Candidate) -> BTreeMap<&'static str, Vec<&'static str>> {
-        let trials = best.fit.trials.len();
-        let limit = 0.99 * crate::NUISANCE_LIMIT;
         let mut outside: BTreeMap<&'static str, Vec<&'static str>> = BTreeMap::new();
-        for (k, nuisance) in self.plant.nuisances().iter().enumerate() {
-            let at = best.fit.trials.iter().filter(|t| t.refit.estimate[k].abs() >= limit).count();
-            if let (true, Some(effect)) = (2 * at > trials, nuisance.effect) {
+        for k in best.fit.stretched() {
+            let nuisance = &self.plant.nuisances()[k];
+            if let Some(effect) = nuisance.effect {
                 outside.entry(effect).or_default().push(nuisance.name);
             }
         }

@@ -149,6 +149,27 @@ mod tests {
         assert!((only.values[0].1 - 9.5).abs() < 0.1 && last.closes > 0.9, "{last:?}");
     }
 
+    /// A force zero of which each trial has its own, and which all trials may share.
+    #[test]
+    fn what_all_trials_share_beyond_a_prior_is_a_gap() {
+        use crate::plant::Nuisance;
+        use crate::toy::{Toy, effect, noise, parameter};
+        const SD: f64 = 0.1;
+        let verdict = |shared: f64| {
+            let measured = (0..400).map(|i| shared + 0.3 * noise(i));
+            let predict = |_, point: &Point| point.effects[0][0] + point.nuisances[0];
+            let mut toy = Toy::new(0.01, 0.3, measured, predict).times(4);
+            toy.effects = vec![effect("offset", vec![parameter("offset")], vec![vec![0.5]])];
+            toy.nuisances =
+                vec![Nuisance { name: "zero", unit: "1", sd: SD, effect: Some("offset") }];
+            toy.cheap = false;
+            diagnose(&toy, "toy", &crate::unwatched).verdict
+        };
+        assert_eq!(verdict(2.0 * SD), Verdict::NoGap);
+        // Both are at the floor, but the second has its nuisance at the limit.
+        assert_ne!(verdict(4.5 * SD), Verdict::NoGap);
+    }
+
     #[test]
     fn what_was_asked_for_has_no_rival_and_hence_no_confidence() {
         let asked = |slope| diagnose_given(&toy(slope), "toy", &[0], &crate::unwatched);

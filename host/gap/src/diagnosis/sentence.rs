@@ -2,6 +2,7 @@
 
 use crate::diagnosis::report::{Diagnosis, NamedEffect, Verdict};
 use crate::rounding::{from_to, percent, quantity};
+use crate::rules::Rules;
 use crate::wording;
 
 /// Sizes that would have gone unnoticed that are told at most, and the effects whose sizes are told first.
@@ -28,14 +29,7 @@ impl Diagnosis {
                 self.which(false),
                 self.shown(),
                 self.how_far(),
-                format!(
-                    "That closes only {} of the gap; {}.",
-                    percent(self.details.shrink),
-                    match self.asked_for.is_empty() {
-                        true => "no known effect explains the rest",
-                        false => "no other effect was tried",
-                    }
-                ),
+                self.what_is_missing(),
                 self.not_told_apart(),
             ],
             // Why stands first among the remarks.
@@ -79,6 +73,26 @@ impl Diagnosis {
 
     fn nothing_seen(&self) -> String {
         "Nothing was found, and that says little: this data would hardly have shown it.".to_owned()
+    }
+
+    /// Of an answer that is a part of the explanation: how much it closes, and that there is another cause.
+    fn what_is_missing(&self) -> String {
+        let closed = percent(self.details.shrink);
+        let is_much = self.details.shrink >= Rules::USED.verdict.answer;
+        match (self.asked_for.is_empty(), is_much) {
+            (true, true) => {
+                format!(
+                    "That closes {closed} of the gap, but what is left points to another cause, too."
+                )
+            }
+            (true, false) => {
+                format!("That closes only {closed} of the gap; no known effect explains the rest.")
+            }
+            (false, true) => format!("That closes {closed} of the gap; no other effect was tried."),
+            (false, false) => {
+                format!("That closes only {closed} of the gap; no other effect was tried.")
+            }
+        }
     }
 
     /// What would have gone unnoticed: first what is changed most often on a rig, and how many effects hide.
@@ -206,6 +220,23 @@ mod tests {
         assert!(sentence(None).contains("No force was measured"));
         let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
         assert!(!measured.contains("No force"), "{measured}");
+    }
+
+    #[test]
+    fn a_part_that_closes_nearly_all_is_not_only_that() {
+        let sentence = |shrink, asked_for: &[&str]| {
+            let mut answer = Diagnosis {
+                verdict: Verdict::Partial,
+                asked_for: asked_for.iter().map(|&id| id.to_owned()).collect(),
+                ..Diagnosis::unanswered("trials")
+            };
+            answer.details.shrink = shrink;
+            answer.sentence()
+        };
+        assert!(sentence(0.97, &[]).contains("closes 97 % of the gap, but what is left points"));
+        assert!(sentence(0.6, &[]).contains("only 60 % of the gap; no known effect explains"));
+        let asked = sentence(0.97, &["sensor.gain"]);
+        assert!(asked.contains("closes 97 % of the gap; no other effect was tried"), "{asked}");
     }
 
     #[test]

@@ -209,6 +209,17 @@ impl Fit {
     pub fn at_bound(&self, plant: &dyn Plant) -> bool {
         self.effects.iter().any(|&effect| at_bound(plant, effect, &self.point))
     }
+
+    /// Nuisances, by index, that ended at the limit of their prior in most trials: what differs from run to run does
+    /// not, so it is a cause that all trials share.
+    pub fn stretched(&self) -> Vec<usize> {
+        let all = self.trials.first().map_or(0, |own| own.refit.estimate.len());
+        let is_at = |k: usize| {
+            let at = self.trials.iter().filter(|own| own.refit.is_at_limit(k)).count();
+            2 * at > self.trials.len()
+        };
+        (0..all).filter(|&k| is_at(k)).collect()
+    }
 }
 
 /// The same of one effect at a point. A bound that is within one standard deviation of off limits a shape and

@@ -93,6 +93,11 @@ impl Refit {
         augmented - explained
     }
 
+    /// Whether a nuisance is at its limit, by index.
+    pub fn is_at_limit(&self, nuisance: usize) -> bool {
+        self.estimate[nuisance].abs() >= 0.99 * NUISANCE_LIMIT
+    }
+
     /// Σ residual².
     pub fn energy(&self) -> f64 {
         self.residual.norm_squared()

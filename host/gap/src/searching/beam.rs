@@ -32,7 +32,8 @@ struct Fitted {
     evidence: Evidence,
     /// ln p(set, data), but for a constant, with all causes in the library and with one outside it.
     log_posteriors: [f64; 2],
-    /// Whether it may be the answer: no effect is at a bound of its parameters, or may as well be off.
+    /// Whether it may be the answer: no effect is at a bound of its parameters or may as well be off, and no nuisance
+    /// is at its limit in most trials.
     may_be_named: bool,
     is_extended: bool,
 }
@@ -170,7 +171,9 @@ impl Selector<'_> {
         let found = evidence(self.problem, noise, &candidate.fit, &nuisances);
         let mut log_posteriors = prior.log_posteriors(&found, candidate.fit.effects.len());
         let refuses = self.problem.rules.search.refuses_bounds;
-        let may_be_named = !(refuses && candidate.fit.at_bound(self.problem.plant));
+        let fit = &candidate.fit;
+        let is_at_bound = fit.at_bound(self.problem.plant) || !fit.stretched().is_empty();
+        let may_be_named = !(refuses && is_at_bound);
         if !may_be_named {
             // What ends at a bound has turned into a limit of itself, which is another cause.
             log_posteriors[0] = f64::NEG_INFINITY;
