@@ -1,7 +1,9 @@
 //! Makes a set of strangers and says what it is like: cases without a balance, time a case, and how far
 //! the gaps of every effect are above the floor.
 //!
-//!     cargo run --release -p cathforce-blind-test --example strangers -- FOLDER tuning|sealed [CASES [SEED]]
+//!     cargo run --release -p cathforce-blind-test --example strangers -- FOLDER tuning|sealed [CASES [SEED [KIND]]]
+//!
+//! KIND: `none`, `single`, `pair` or `outside` of the library; without it, all of them in their shares.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -25,10 +27,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let count = rest.first().map_or(Ok(40), |cases| cases.parse())?;
     let seed: u64 = rest.get(1).map_or(Ok(1), |seed| seed.parse())?;
+    let kind = |name: &String| match name.as_str() {
+        "none" => Ok(Kind::None),
+        "single" => Ok(Kind::Single),
+        "pair" => Ok(Kind::Pair),
+        "outside" => Ok(Kind::Outside),
+        _ => Err("the kind is none, single, pair or outside"),
+    };
+    let only = rest.get(2).map(kind).transpose()?;
     let folder = PathBuf::from(folder);
     let begun = Instant::now();
     // Whoever looks at the labels needs no salt that nobody knows.
-    let left_out = BlindTest::at(&folder).make_strangers(set, Some(seed), count, seed, &|| {})?;
+    let left_out =
+        BlindTest::at(&folder).make_strangers(set, only, Some(seed), count, seed, &|| {})?;
     let time_s = begun.elapsed().as_secs_f64();
     for (case, error) in &left_out {
         println!("case {case:03} has no balance: {error}");

@@ -12,14 +12,15 @@ use serde_json::json;
 /// A seed whose only case is soon played.
 fn soon_played() -> u64 {
     let is_short = |seed: &u64| {
-        let case = &strangers(Set::Tuning, *seed, 1)[0];
+        let case = &strangers(Set::Tuning, None, *seed, 1)[0];
         case.motion == MotionKind::Short && case.trials() == 3
     };
     (0..1000).find(is_short).unwrap()
 }
 
 fn made(folder: &Path, seed: u64, secret: u64) -> Label {
-    let left_out = BlindTest::at(folder).make_strangers(Set::Tuning, Some(seed), 1, secret, &|| {});
+    let left_out =
+        BlindTest::at(folder).make_strangers(Set::Tuning, None, Some(seed), 1, secret, &|| {});
     assert!(left_out.unwrap().is_empty());
     serde_json::from_slice(&fs::read(folder.join("labels/000.json")).unwrap()).unwrap()
 }
@@ -95,5 +96,5 @@ fn cases_of_one_set_do_not_get_into_a_folder_of_the_other() {
     let folder = tempfile::tempdir().unwrap();
     made(folder.path(), soon_played(), 5);
     let blind_test = BlindTest::at(folder.path());
-    assert!(blind_test.make_strangers(Set::Sealed, None, 1, 5, &|| {}).is_err());
+    assert!(blind_test.make_strangers(Set::Sealed, None, None, 1, 5, &|| {}).is_err());
 }

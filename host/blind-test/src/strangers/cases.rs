@@ -68,10 +68,13 @@ impl Stranger {
     }
 }
 
-/// Cases 0 to `count` of a set. The same seed gives the same cases.
-pub fn strangers(set: Set, seed: u64, count: usize) -> Vec<Stranger> {
+/// Cases 0 to `count` of a set, all of one kind or of all kinds in their shares. The same seed gives the same cases.
+pub fn strangers(set: Set, only: Option<Kind>, seed: u64, count: usize) -> Vec<Stranger> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let kinds = kinds(count, &mut rng);
+    let kinds = match only {
+        Some(kind) => vec![kind; count],
+        None => kinds(count, &mut rng),
+    };
     // Every effect, rig, motion and spread once before any comes twice.
     let (mut inside, mut outside) = (Deck::of(&LIBRARY), Deck::of(&OUTSIDE));
     let mut rigs = Deck::of(&set.families());
@@ -135,7 +138,8 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_strangers_again_and_another_one_others() {
-        let (one, again) = (strangers(Set::Tuning, 7, 60), strangers(Set::Tuning, 7, 60));
+        let (one, again) =
+            (strangers(Set::Tuning, None, 7, 60), strangers(Set::Tuning, None, 7, 60));
         for (a, b) in one.iter().zip(&again) {
             assert_eq!(a.effects.len(), b.effects.len());
             assert!((0..2).all(|k| a.form(k, a.severity) == b.form(k, b.severity)));
@@ -144,7 +148,7 @@ mod tests {
             assert_eq!((&a.motions, &a.electronics), (&b.motions, &b.electronics));
             assert_eq!((a.spread, a.noise_seed), (b.spread, b.noise_seed));
         }
-        let other = strangers(Set::Tuning, 8, 60);
+        let other = strangers(Set::Tuning, None, 8, 60);
         assert!(one.iter().zip(&other).any(|(a, b)| a.form(0, 0.5) != b.form(0, 0.5)));
         let count = |kind| one.iter().filter(|case| case.kind == kind).count();
         let shares = [Kind::None, Kind::Outside, Kind::Pair, Kind::Single].map(count);
@@ -165,7 +169,7 @@ mod tests {
     #[test]
     fn no_rig_of_one_set_is_in_the_other() {
         let names = |set| -> BTreeSet<String> {
-            strangers(set, 3, 48).into_iter().map(|case| case.rig.real.name).collect()
+            strangers(set, None, 3, 48).into_iter().map(|case| case.rig.real.name).collect()
         };
         let (tuning, sealed) = (names(Set::Tuning), names(Set::Sealed));
         assert_eq!((tuning.len(), sealed.len()), (12, 12));

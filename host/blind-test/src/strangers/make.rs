@@ -9,6 +9,7 @@ use super::form::Form;
 use super::rig::StrangeRig;
 use super::set::Set;
 use crate::blind_test::{BlindTest, BlindTestError, Made, write_json};
+use crate::draw::Kind;
 use crate::figures::SMALLEST_GAP;
 use crate::label::{Label, Strangeness};
 use crate::make::{name, salt_text};
@@ -31,11 +32,12 @@ struct Played {
 }
 
 impl BlindTest {
-    /// Makes `count` strangers of a set, or those of them that are not there yet. Seed, secret, `made` and
-    /// what it gives are those of [`BlindTest::make`].
+    /// Makes `count` strangers of a set, all of one kind or of all kinds, or those of them that are not there yet. Seed,
+    /// secret, `made` and what it gives are those of [`BlindTest::make`].
     pub fn make_strangers(
         &self,
         set: Set,
+        only: Option<Kind>,
         seed: Option<u64>,
         count: usize,
         secret: u64,
@@ -44,7 +46,7 @@ impl BlindTest {
         let rigs = vec![set.name().to_owned()];
         let plan = Made { cases: count, rigs, left_out: Vec::new(), is_whole: false };
         let begun = self.begin(seed, secret, &plan)?;
-        let drawn = strangers(set, begun.seed, count);
+        let drawn = strangers(set, only, begun.seed, count);
         self.make_each(begun.salts, plan, made, |number, salt| {
             self.make_stranger(set, begun.seed, &drawn[number], salt)
         })

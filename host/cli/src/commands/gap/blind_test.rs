@@ -64,7 +64,7 @@ fn make(ui: &Ui, arguments: &BlindTestMakeArguments) -> Result<(), Failure> {
         Strangers::Sealed => Set::Sealed,
     });
     let done = match set {
-        Some(set) => blind_test.make_strangers(set, seed, count, secret, &tell),
+        Some(set) => blind_test.make_strangers(set, None, seed, count, secret, &tell),
         None => blind_test.make(seed, count, secret, &stands, &tell),
     };
     for (case, error) in done.map_err(refuse)? {
