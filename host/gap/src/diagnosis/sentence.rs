@@ -79,20 +79,13 @@ impl Diagnosis {
     fn what_is_missing(&self) -> String {
         let closed = percent(self.details.shrink);
         let is_much = self.details.shrink >= Rules::USED.verdict.answer;
-        match (self.asked_for.is_empty(), is_much) {
-            (true, true) => {
-                format!(
-                    "That closes {closed} of the gap, but what is left points to another cause, too."
-                )
-            }
-            (true, false) => {
-                format!("That closes only {closed} of the gap; no known effect explains the rest.")
-            }
-            (false, true) => format!("That closes {closed} of the gap; no other effect was tried."),
-            (false, false) => {
-                format!("That closes only {closed} of the gap; no other effect was tried.")
-            }
-        }
+        let only = if is_much { "" } else { "only " };
+        let rest = match (self.asked_for.is_empty(), is_much) {
+            (true, true) => ", but what is left points to another cause, too",
+            (true, false) => "; no known effect explains the rest",
+            (false, _) => "; no other effect was tried",
+        };
+        format!("That closes {only}{closed} of the gap{rest}.")
     }
 
     /// What would have gone unnoticed: first what is changed most often on a rig, and how many effects hide.

@@ -204,14 +204,15 @@ impl Fit {
         self.trials.iter().all(|trial| trial.raw_jacobian.iter().any(|x| *x != 0.0))
     }
 
-    /// Whether a parameter ended at a bound where its effect is not off: the effect has turned
-    /// into a limit of itself, which usually is another effect.
+    /// Whether a parameter ended at a bound where its effect is not off, or a nuisance at its limit: the effect has
+    /// turned into a limit of itself, which usually is another effect, or there is another cause beside it.
     pub fn at_bound(&self, plant: &dyn Plant) -> bool {
-        self.effects.iter().any(|&effect| at_bound(plant, effect, &self.point))
+        let is_at = |&effect: &usize| at_bound(plant, effect, &self.point);
+        self.effects.iter().any(is_at) || !self.stretched().is_empty()
     }
 
-    /// Nuisances, by index, that ended at the limit of their prior in most trials: what differs from run to run does
-    /// not, so it is a cause that all trials share.
+    /// Nuisances, by index, that ended at the limit of their prior in most trials. What differs from run to run does
+    /// not do that; a cause that the trials share does.
     pub fn stretched(&self) -> Vec<usize> {
         let all = self.trials.first().map_or(0, |own| own.refit.estimate.len());
         let is_at = |k: usize| {

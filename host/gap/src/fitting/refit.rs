@@ -93,7 +93,7 @@ impl Refit {
         augmented - explained
     }
 
-    /// Whether a nuisance is at its limit, by index.
+    /// Whether a nuisance, by index, is held back by its limit, or within a hundredth of it.
     pub fn is_at_limit(&self, nuisance: usize) -> bool {
         self.estimate[nuisance].abs() >= 0.99 * NUISANCE_LIMIT
     }

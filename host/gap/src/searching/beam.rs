@@ -171,9 +171,7 @@ impl Selector<'_> {
         let found = evidence(self.problem, noise, &candidate.fit, &nuisances);
         let mut log_posteriors = prior.log_posteriors(&found, candidate.fit.effects.len());
         let refuses = self.problem.rules.search.refuses_bounds;
-        let fit = &candidate.fit;
-        let is_at_bound = fit.at_bound(self.problem.plant) || !fit.stretched().is_empty();
-        let may_be_named = !(refuses && is_at_bound);
+        let may_be_named = !(refuses && candidate.fit.at_bound(self.problem.plant));
         if !may_be_named {
             // What ends at a bound has turned into a limit of itself, which is another cause.
             log_posteriors[0] = f64::NEG_INFINITY;

@@ -266,6 +266,7 @@ effects! {
             factor: "1", 1.0, 0.1, 10.0;
         }
         /// Sensor whose axes are turned against the vessel's.
+        // Up to a quarter turn: a sensor may be mounted with another side up.
         misalignment: SensorMisalignment {
             /// Rotation about x.
             x_rad: "rad", 0.0, -1.6, 1.6;
