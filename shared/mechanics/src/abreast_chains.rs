@@ -1,11 +1,13 @@
 //! The chains of several catheters with one catheter in each lane, and how they come from their states and go
 //! back.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use cathforce_scalar::{Abreast, Gather, Number, PlainPack, Vector3};
 
 use crate::algebra::{LdltFactor, Matrix3, Rotation, Sym3};
+use crate::chain::Body;
 use crate::contact::{ContactState, LinearContact};
 use crate::joint::JointLoad;
 use crate::proximity::Proximity;
@@ -18,8 +20,8 @@ pub(crate) struct Chains<P, const LINKS: usize>
 where
     P: Number,
 {
-    pub links: Vec<LinkState<Abreast<P>>>,
-    pub eliminations: Vec<Elimination<Abreast<P>>>,
+    pub links: Box<[LinkState<Abreast<P>>; LINKS]>,
+    pub eliminations: Box<[Elimination<Abreast<P>>; LINKS]>,
 }
 
 /// What is read of their models.
@@ -62,6 +64,12 @@ impl<P: Number, const LINKS: usize> Bodies<P, LINKS> {
             is_viscous: model(0).bending_damping_s > T::zero(),
         }
     }
+
+    #[inline(always)]
+    pub fn body(&self) -> Body<'_, Abreast<P>, LINKS> {
+        let Self { tables, wall, gravity, radius_m, is_viscous } = self;
+        Body { tables, wall, gravity, radius_m: *radius_m, is_viscous: *is_viscous }
+    }
 }
 
 impl<P: Number, const LINKS: usize> Chains<P, LINKS> {
@@ -85,6 +93,10 @@ impl<P: Number, const LINKS: usize> Chains<P, LINKS> {
                 })
             })));
         }
+        // They were pushed one by one, because the whole array is too large for a thread's stack.
+        let (Ok(links), Ok(eliminations)) = (links.try_into(), eliminations.try_into()) else {
+            unreachable!("LINKS of each were pushed");
+        };
         Self { links, eliminations }
     }
 
@@ -97,7 +109,7 @@ impl<P: Number, const LINKS: usize> Chains<P, LINKS> {
     ) where
         P: PlainPack<T>,
     {
-        let chain = self.links.iter().zip(&self.eliminations).take(longest);
+        let chain = self.links.iter().zip(self.eliminations.iter()).take(longest);
         for (j, (link, elimination)) in chain.enumerate() {
             let links = link.split::<T>();
             let [nodes, middles] = &elimination.proximity;

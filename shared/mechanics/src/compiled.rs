@@ -6,7 +6,8 @@
 
 #[cfg(not(target_os = "none"))]
 use crate::abreast::{Attendant, advance_abreast};
-use crate::step::{advance, approach_rest};
+use crate::settle::approach_rest;
+use crate::step::advance;
 use crate::{Drives, Loads, Lumen, Model, Outputs, Real, State};
 
 /// Advances the model by one tick to the drives' new positions.

@@ -8,7 +8,7 @@ use crate::overlap::Overlap;
 use crate::proximity::Proximity;
 use crate::segments::AxialPosition;
 use crate::state::{LinkState, SHORTEST_BASE, Span, State};
-use crate::{Drive, Drives, Model, Real};
+use crate::{Drive, Drives, MAX_TENDONS, Model, Real};
 
 /// Arc from the tip of the chain back to the tip of an instrument \[m\].
 /// docs/explanation/model.md (24)
@@ -60,6 +60,21 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             base.span = Span::new(self.base_length_m, model.grid.link_m(last));
         }
         self.fill_coaxial_tables(model);
+    }
+
+    /// Moves the drives of the tendons in a step of `dt_s`.
+    #[inline(always)]
+    pub(crate) fn pull_tendons(
+        &mut self,
+        model: &Model<T, LINKS>,
+        target_m: [T; MAX_TENDONS],
+        friction: bool,
+        dt_s: T,
+    ) {
+        if !model.tendons.is_empty() {
+            self.drives.tendons_m = target_m;
+            self.tendons.advance(&model.tendons, &target_m, friction, dt_s);
+        }
     }
 
     /// Adds and drops links at the guide until the base link has an admissible length.

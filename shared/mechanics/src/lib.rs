@@ -15,7 +15,11 @@ extern crate alloc;
 mod abreast;
 #[cfg(not(target_os = "none"))]
 mod abreast_chains;
+#[cfg(not(target_os = "none"))]
+mod abreast_tick;
 mod algebra;
+mod assembly;
+mod catheter_solve;
 mod chain;
 mod coaxial;
 mod compiled;
@@ -33,12 +37,14 @@ mod load_sharing;
 mod lumen;
 mod math;
 mod model;
+mod outputs;
 mod overlap;
 mod parameters;
 mod predict;
 mod proximity;
 mod scheme;
 mod segments;
+mod settle;
 mod solve;
 mod state;
 mod step;
