@@ -1,5 +1,4 @@
-//! One tick of catheters abreast. What a tick does once, and not for each link, is done for one catheter
-//! after the other by the functions of a single one.
+//! One tick of catheters abreast.
 
 use alloc::vec;
 use alloc::vec::Vec;

@@ -14,6 +14,7 @@ use crate::{Model, Outputs, Real, State};
 /// of 600 N/m at a sample changes its force by less than 1 mN. Snaps turn links by tenths of a
 /// radian.
 const RESOLVED_TURN_RAD: f64 = 5e-3;
+
 /// The largest of all links.
 pub(crate) struct Peaks<S, I> {
     /// Square of the contact force \[N²\], and the node with it.
