@@ -15,6 +15,8 @@ use serde_json::Value;
 const LOST: f64 = 0.03;
 /// Gap in floors from which on a case counts.
 const VISIBLE: f64 = 1.5;
+/// A posterior probability counts as this at most, so that one wrong answer does not decide.
+const MOST: f64 = 0.999;
 /// Share of its value by which a prior is changed.
 const STEP: f64 = 0.33;
 
@@ -53,6 +55,8 @@ struct Case {
     truth: Vec<String>,
     is_visible: bool,
     sets: Vec<Set>,
+    /// Of each effect that was named, the posterior probability and whether it is there.
+    named: Vec<(f64, bool)>,
 }
 
 fn load(pair: &str) -> Result<Vec<Case>, String> {
@@ -82,24 +86,43 @@ fn case(path: &Path, labels: &Path) -> Result<Case, String> {
         effects: names(&own["effects"]),
         evidence: Evidence {
             cells: own["cells"].as_array().into_iter().flatten().map(cell).collect(),
+            bins: own["bins"].as_array().into_iter().flatten().map(bins).collect(),
             is_beyond_stated: own["is_beyond_stated"] == true,
         },
         is_at_bound: own["at_bound"] == true,
     };
     let ids: Vec<Value> =
         label["effects"].as_array().into_iter().flatten().map(|own| own["id"].clone()).collect();
+    let truth = names(&Value::Array(ids));
+    let no_lapse = 1.0 - Rules::USED.confidence.lapse;
+    let posterior = |own: &Value| {
+        let is_there = truth.iter().any(|id| own["id"] == **id);
+        Some((own["confidence"].as_f64()? / no_lapse, is_there))
+    };
+    let effects = evidence["answer"]["effects"].as_array().into_iter().flatten();
     let gap = label["gap_over_floor"].as_f64().or(label["gap_over_noise"].as_f64());
     Ok(Case {
         kind: label["kind"].as_str().unwrap_or_default().to_owned(),
-        truth: names(&Value::Array(ids)),
         is_visible: gap.is_some_and(|gap| gap >= VISIBLE),
         sets: evidence["sets"].as_array().into_iter().flatten().map(set).collect(),
+        named: effects.filter_map(posterior).collect(),
+        truth,
     })
 }
 
 fn cell(own: &Value) -> Cell {
     let at = |i: usize| own[i].as_f64().unwrap_or(f64::NEG_INFINITY);
-    Cell { amplitude: at(0), kappa: at(1), looseness: at(2), log_density: at(3) }
+    let trials = 3..own.as_array().map_or(3, Vec::len);
+    Cell {
+        amplitude: at(0),
+        kappa: at(1),
+        looseness: at(2),
+        log_densities: trials.map(at).collect(),
+    }
+}
+
+fn bins(own: &Value) -> usize {
+    own.as_u64().unwrap_or_default() as usize
 }
 
 impl Case {
@@ -141,9 +164,10 @@ fn objective(cases: &[Case], prior: &Prior) -> (f64, usize, usize) {
 type Change = fn(&mut Prior, f64);
 
 /// What may be learned.
-const PRIORS: [(&str, Change); 5] = [
+const PRIORS: [(&str, Change); 6] = [
     ("median of κ", |own, by| own.kappa.0 *= by),
     ("median of κ with others", |own, by| own.kappa_with_others.0 *= by),
+    ("bins in full", |own, by| own.in_full *= by),
     ("temper", |own, by| own.temper *= by),
     ("ln odds of an effect", |own, by| own.of_effect *= by),
     ("ln odds of others", |own, by| own.of_others *= by),
@@ -153,7 +177,8 @@ const PRIORS: [(&str, Change); 5] = [
 type Off = fn(&mut Prior);
 
 /// Priors that are switched off one by one.
-const OFF: [(&str, Off); 4] = [
+const OFF: [(&str, Off); 5] = [
+    ("no bin in full", |own| own.in_full = 0.0),
     ("no temper", |own| own.temper = 1.0),
     ("no cause outside", |own| own.of_others = -1e9),
     ("effects cost nothing", |own| own.of_effect = 0.0),
@@ -182,6 +207,32 @@ fn tell(cases: &[Case]) {
     let learned = learned(cases);
     line("after a search", &learned);
     println!("{learned:?}");
+    tell_lapse(&cases.iter().flat_map(|case| case.named.iter().copied()).collect::<Vec<_>>());
+}
+
+/// Tells the share of lapses that makes the named effects most probable, and how far the answers hold with it.
+fn tell_lapse(named: &[(f64, bool)]) {
+    let loss = |lapse: f64| {
+        let of = |(p, is_there): &(f64, bool)| {
+            let confidence = (1.0 - lapse) * p.min(MOST);
+            -(if *is_there { confidence } else { 1.0 - confidence }).ln()
+        };
+        named.iter().map(of).sum::<f64>() / named.len().max(1) as f64
+    };
+    println!("{:<34} {:>8} of {} named effects", "lapses", "-ln P", named.len());
+    for percent in (0..=50).step_by(5) {
+        println!("{:<34} {:>8.3}", f64::from(percent) / 100.0, loss(f64::from(percent) / 100.0));
+    }
+    println!("{:<34} {:>8} {:>6}", "posterior", "there", "of");
+    for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.98), (0.98, 1.1)] {
+        let own = named.iter().filter(|(p, _)| (low..high).contains(p));
+        let there = own.clone().filter(|(_, is_there)| *is_there).count();
+        println!(
+            "{:<34} {there:>8} {:>6}",
+            format!("{low} to {}", f64::min(high, 1.0)),
+            own.count()
+        );
+    }
 }
 
 /// Changes one prior after the other for the better, by steps that become smaller.

@@ -13,6 +13,7 @@ pub struct Rules {
     pub ways: OfWays,
     pub interval: OfInterval,
     pub verdict: OfVerdict,
+    pub confidence: OfConfidence,
 }
 
 /// How measurements are compared with a set of effects.
@@ -54,8 +55,10 @@ pub struct Prior {
     /// Of the share κ of the gap that is left where all causes are in the library, and where one is not.
     pub kappa: LogNormal,
     pub kappa_with_others: LogNormal,
-    /// Times ln p(data): the model of the discrepancy is not true either, so that its certainty is less
-    /// than it states.
+    /// Bins of a trial that count in full. A stroke shows whether an effect acts on it, however short it is.
+    pub in_full: f64,
+    /// What each of the other bins counts: neighbours err alike, and the model of the discrepancy is not true
+    /// either, so that its certainty is less than it states.
     pub temper: f64,
     /// ln odds of one effect more.
     pub of_effect: f64,
@@ -159,6 +162,14 @@ pub struct OfVerdict {
     pub material: f64,
 }
 
+/// How sure an answer is of the effects that it names, docs/explanation/diagnosis.md (D18).
+#[derive(Clone, Copy, Debug)]
+pub struct OfConfidence {
+    /// Share of a catheter's cases in which no set that was fitted is the truth, though one of them has won. It makes
+    /// the named effects of tuning strangers most probable (`examples/learn.rs`).
+    pub lapse: f64,
+}
+
 impl Rules {
     pub const USED: Self = Self {
         evidence: OfEvidence {
@@ -174,7 +185,8 @@ impl Rules {
         prior: Prior {
             kappa: (0.1, 0.5),
             kappa_with_others: (0.4, 0.5),
-            temper: 0.05,
+            in_full: 2.0,
+            temper: 0.03,
             of_effect: -5.5,
             of_others: -1.7,
         },
@@ -222,6 +234,7 @@ impl Rules {
             not_told_apart: 0.1,
             material: 0.05,
         },
+        confidence: OfConfidence { lapse: 0.2 },
     };
 
     /// The rules without the part of a name in [`SWITCHES`].
@@ -237,7 +250,7 @@ impl Rules {
 pub type Switch = (&'static str, &'static str, fn(&mut Rules));
 
 /// The parts that may be switched off.
-pub const SWITCHES: [Switch; 15] = [
+pub const SWITCHES: [Switch; 16] = [
     ("pairs", "single effects only", |own| own.search.most_effects = 1),
     ("width", "one set of a size is extended", |own| own.search.width = 1),
     ("extension", "a set is extended by one effect", |own| own.search.extended_by = 1),
@@ -256,6 +269,7 @@ pub const SWITCHES: [Switch; 15] = [
     }),
     ("floor", "a gap may be below the floor", |own| own.verdict.at_floor = 0.0),
     ("gap", "no gap however large the error", |own| own.verdict.gap = f64::INFINITY),
+    ("lapse", "the posterior is the confidence", |own| own.confidence.lapse = 0.0),
     ("others", "all causes are in the library", |own| own.prior.of_others = f64::NEG_INFINITY),
 ];
 

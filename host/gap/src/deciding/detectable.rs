@@ -48,7 +48,7 @@ impl Detectable {
 
 /// For every effect. `screen`: of the nominal model.
 ///
-/// An effect of x times a change of D standard deviations raises the score by T (x² D²/2 ± x D), T the temper.
+/// An effect of x times a change of D standard deviations raises the score by T (x² D²/2 ± x D), T the mean temper.
 /// It is seen with nine tenths if that exceeds the ln odds L of one effect more:
 ///
 /// > x D = q + √(q² − 2 L/T),   q = 1.28
@@ -61,7 +61,7 @@ pub fn detectable(
 ) -> Vec<Detectable> {
     let prior = problem.rules.prior;
     let q = NINE_TENTHS;
-    let needed = q + (q * q - 2.0 * prior.of_effect / prior.temper).sqrt();
+    let needed = q + (q * q - 2.0 * prior.of_effect / prior.mean_temper(&screen.bins())).sqrt();
     let effects: Vec<usize> = (0..problem.plant.effects().len()).collect();
     each(effects, |effect| {
         let known = &problem.plant.effects()[effect];

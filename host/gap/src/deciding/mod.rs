@@ -1,5 +1,6 @@
 //! The verdict: whether effects may be named, how certain they are, and what they may be mistaken for.
 
+pub mod confidence;
 pub mod detectable;
 pub mod form;
 pub mod interval;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::data::unlike_trials::unlike;
+use crate::deciding::confidence::confidence;
 use crate::deciding::form::form;
 use crate::deciding::interval::{parameters, spread};
 use crate::deciding::verdict::{verdict, verdict_of_request};
@@ -321,6 +322,7 @@ impl<'a> Answer<'a> {
         let Some(nuisances) = &selection.nuisances else { return Vec::new() };
         let (best, posterior) = (&selection.best, &selection.posterior);
         let has_rivals = self.diagnosis.asked_for.is_empty();
+        let rules = &selector.problem.rules.confidence;
         let metric = Metric::new(nuisances, &best.score);
         let spread = spread(selector.problem, selector.folds, best, &metric);
         let increments = increments(selection);
@@ -338,7 +340,7 @@ impl<'a> Answer<'a> {
                 what: self.plant.effects()[effect].what,
                 form: form(self.plant, posterior, effect),
                 parameters: parameters(self.plant, best, effect, &spread),
-                confidence: has_rivals.then(|| posterior.of_effect(effect)),
+                confidence: has_rivals.then(|| confidence(rules, self.plant, posterior, effect)),
                 shrink: increments.get(&effect).copied().unwrap_or_default(),
                 material: open.sqrt()
                     > selector.problem.rules.verdict.material * nominal.energy.sqrt(),

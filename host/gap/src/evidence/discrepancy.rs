@@ -9,19 +9,22 @@ use crate::fitting::fit::Fit;
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::{Coordinate, Problem};
 
-/// ln p(data) at one choice of the amplitudes, but for a constant.
-#[derive(Clone, Copy, Debug)]
+/// ln p(trial | the others) at one choice of the amplitudes, but for a constant.
+#[derive(Clone, Debug)]
 pub struct Cell {
     pub amplitude: f64,
     pub kappa: f64,
     pub looseness: f64,
-    pub log_density: f64,
+    /// By trial.
+    pub log_densities: Vec<f64>,
 }
 
 /// What a fit is worth.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     pub cells: Vec<Cell>,
+    /// Of each trial.
+    pub bins: Vec<usize>,
     /// Whether a channel scatters far more than its sensor is said to, which no effect explains.
     pub is_beyond_stated: bool,
 }
@@ -42,15 +45,13 @@ pub fn evidence(
         for kappa in rules.kappa {
             let products = products(&binned, amplitude, kappa);
             for looseness in rules.looseness {
-                let Some(densities) = log_densities(&products, &fitted, looseness) else {
-                    continue;
-                };
-                let log_density = densities.iter().sum();
-                cells.push(Cell { amplitude, kappa, looseness, log_density });
+                if let Some(log_densities) = log_densities(&products, &fitted, looseness) {
+                    cells.push(Cell { amplitude, kappa, looseness, log_densities });
+                }
             }
         }
     }
-    Evidence { cells, is_beyond_stated: noise.is_beyond_stated }
+    Evidence { cells, bins: binned.sizes(), is_beyond_stated: noise.is_beyond_stated }
 }
 
 /// The products of every trial at these amplitudes.
@@ -69,7 +70,8 @@ pub struct Screen<'a> {
     at: Cell,
     products: Vec<Products>,
     fitted: Vec<Fitted>,
-    without: f64,
+    /// ln p(trial | the others), by trial.
+    without: Vec<f64>,
 }
 
 impl<'a> Screen<'a> {
@@ -83,7 +85,7 @@ impl<'a> Screen<'a> {
         let fitted = fitted(problem, fit);
         let binned = Binned::of(problem, noise, fit, nuisances);
         let products = products(&binned, at.amplitude, at.kappa);
-        let without = log_densities(&products, &fitted, at.looseness)?.iter().sum();
+        let without = log_densities(&products, &fitted, at.looseness)?;
         Some(Self { problem, binned, at, products, fitted, without })
     }
 
@@ -93,13 +95,20 @@ impl<'a> Screen<'a> {
         distance(&self.with(does), &self.fitted, self.at.looseness)
     }
 
-    /// What ln p(data) grows by with a change of the whitened residuals, by trial, that may come in any
+    /// Of each trial.
+    pub fn bins(&self) -> Vec<usize> {
+        self.binned.sizes()
+    }
+
+    /// What the tempered ln p(data) grows by with a change of the whitened residuals, by trial, that may come in any
     /// size. `None` as for [`Screen::of`].
     pub fn gain(&self, does: &[DVector<f64>]) -> Option<f64> {
         let free = Fitted { deviation: 0.0, scale: 1.0, room: [f64::NEG_INFINITY, f64::INFINITY] };
         let fitted: Vec<Fitted> = self.fitted.iter().copied().chain([free]).collect();
-        let with: f64 = log_densities(&self.with(does), &fitted, self.at.looseness)?.iter().sum();
-        Some(with - self.without)
+        let with = log_densities(&self.with(does), &fitted, self.at.looseness)?;
+        let grows: Vec<f64> =
+            with.iter().zip(&self.without).map(|(with, own)| with - own).collect();
+        Some(self.problem.rules.prior.tempered(&grows, &self.bins()))
     }
 
     fn with(&self, does: &[DVector<f64>]) -> Vec<Products> {

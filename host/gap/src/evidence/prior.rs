@@ -10,7 +10,7 @@ impl Prior {
     pub fn log_posteriors(&self, evidence: &Evidence, effects: usize) -> [f64; 2] {
         let best = |of_kappa: &dyn Fn(f64) -> f64| {
             let cells = evidence.cells.iter();
-            let cells = cells.map(|own| self.temper * own.log_density + of_kappa(own.kappa));
+            let cells = cells.map(|own| self.of_data(evidence, own) + of_kappa(own.kappa));
             cells.fold(f64::NEG_INFINITY, f64::max) + self.of_effect * effects as f64
         };
         let mine = match evidence.is_beyond_stated {
@@ -22,17 +22,40 @@ impl Prior {
 
     /// The most probable amplitudes where all causes are in the library.
     pub fn best_without_others(&self, evidence: &Evidence) -> Option<Cell> {
-        let of = |own: &&Cell| self.temper * own.log_density + self.of_mine(own.kappa);
-        evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied()
+        let of = |own: &&Cell| self.of_data(evidence, own) + self.of_mine(own.kappa);
+        evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).cloned()
     }
 
     /// The most probable amplitudes, whatever the causes.
     pub fn best(&self, evidence: &Evidence) -> Option<Cell> {
         let of = |own: &&Cell| {
             let of_kappa = self.of_mine(own.kappa).max(self.of_a_cause_outside(own.kappa));
-            self.temper * own.log_density + of_kappa
+            self.of_data(evidence, own) + of_kappa
         };
-        evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied()
+        evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).cloned()
+    }
+
+    /// A sum over trials in which n bins count as the m + (n − m) T observations that they are.
+    ///
+    /// `of_trials`: ln p of each trial or a difference of two. `bins`: n of each trial.
+    pub fn tempered(&self, of_trials: &[f64], bins: &[usize]) -> f64 {
+        of_trials.iter().zip(bins).map(|(own, bins)| own * self.temper_of(*bins as f64)).sum()
+    }
+
+    /// The mean temper of all bins.
+    pub fn mean_temper(&self, bins: &[usize]) -> f64 {
+        let sizes = || bins.iter().map(|own| *own as f64);
+        sizes().map(|own| own * self.temper_of(own)).sum::<f64>() / sizes().sum::<f64>()
+    }
+
+    /// What a bin counts in a trial of that many.
+    fn temper_of(&self, bins: f64) -> f64 {
+        let in_full = bins.min(self.in_full);
+        (in_full + (bins - in_full) * self.temper) / bins.max(1.0)
+    }
+
+    fn of_data(&self, evidence: &Evidence, cell: &Cell) -> f64 {
+        self.tempered(&cell.log_densities, &evidence.bins)
     }
 
     fn of_mine(&self, kappa: f64) -> f64 {
@@ -64,5 +87,14 @@ mod tests {
         assert_eq!(own.of_mine(0.005), own.of_mine(own.kappa.0));
         assert!(own.of_mine(0.05) > own.of_a_cause_outside(0.05) + 3.0);
         assert!(own.of_a_cause_outside(0.64) > own.of_mine(0.64) + 3.0);
+    }
+
+    #[test]
+    fn a_short_trial_counts_as_the_observations_that_it_has() {
+        let own = Prior { in_full: 2.0, temper: 0.03, ..Rules::USED.prior };
+        assert!((own.temper_of(1.0) - 1.0).abs() < 1e-12);
+        assert!((own.temper_of(102.0) * 102.0 - 5.0).abs() < 1e-12);
+        assert!((own.tempered(&[-1.0, -102.0], &[2, 102]) + 6.0).abs() < 1e-12);
+        assert!((own.mean_temper(&[2, 102]) - 7.0 / 104.0).abs() < 1e-12);
     }
 }

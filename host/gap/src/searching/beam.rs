@@ -347,13 +347,17 @@ impl Selector<'_> {
 
     fn row(&self, nominal: &Candidate, own: &Fitted) -> SetRow {
         let (fit, score) = (&own.candidate.fit, &own.candidate.score);
-        let cell = |c: &Cell| [c.amplitude, c.kappa, c.looseness, c.log_density];
+        let cell = |c: &Cell| {
+            let amplitudes = [c.amplitude, c.kappa, c.looseness];
+            amplitudes.into_iter().chain(c.log_densities.iter().copied()).collect()
+        };
         SetRow {
             effects: fit.effects.iter().map(|&e| self.problem.plant.effects()[e].id).collect(),
             shrink: score.shrink(&nominal.score),
             worst: score.worst(),
             at_bound: fit.at_bound(self.problem.plant),
             is_beyond_stated: own.evidence.is_beyond_stated,
+            bins: own.evidence.bins.clone(),
             cells: own.evidence.cells.iter().map(cell).collect(),
         }
     }

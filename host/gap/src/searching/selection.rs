@@ -19,8 +19,10 @@ pub struct SetRow {
     pub at_bound: bool,
     /// Whether a channel scatters far more than its sensor is said to.
     pub is_beyond_stated: bool,
-    /// a, κ, ω and ln p(data) of every choice of the amplitudes.
-    pub cells: Vec<[f64; 4]>,
+    /// Bins of each trial.
+    pub bins: Vec<usize>,
+    /// a, κ, ω and ln p of each trial, of every choice of the amplitudes.
+    pub cells: Vec<Vec<f64>>,
 }
 
 /// What the search found.
