@@ -164,11 +164,10 @@ fn objective(cases: &[Case], prior: &Prior) -> (f64, usize, usize) {
 type Change = fn(&mut Prior, f64);
 
 /// What may be learned.
-const PRIORS: [(&str, Change); 6] = [
+const PRIORS: [(&str, Change); 5] = [
     ("median of κ", |own, by| own.kappa.0 *= by),
     ("median of κ with others", |own, by| own.kappa_with_others.0 *= by),
-    ("bins in full", |own, by| own.in_full *= by),
-    ("temper", |own, by| own.temper *= by),
+    ("observations of a trial", |own, by| own.observations *= by),
     ("ln odds of an effect", |own, by| own.of_effect *= by),
     ("ln odds of others", |own, by| own.of_others *= by),
 ];
@@ -177,9 +176,8 @@ const PRIORS: [(&str, Change); 6] = [
 type Off = fn(&mut Prior);
 
 /// Priors that are switched off one by one.
-const OFF: [(&str, Off); 5] = [
-    ("no bin in full", |own| own.in_full = 0.0),
-    ("no temper", |own| own.temper = 1.0),
+const OFF: [(&str, Off); 4] = [
+    ("no temper", |own| own.observations = f64::INFINITY),
     ("no cause outside", |own| own.of_others = -1e9),
     ("effects cost nothing", |own| own.of_effect = 0.0),
     ("any share of the gap", |own| own.kappa.1 = 1e3),

@@ -35,23 +35,22 @@ impl Prior {
         evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).cloned()
     }
 
-    /// A sum over trials in which n bins count as the m + (n − m) T observations that they are.
+    /// A sum over trials, each of which counts as so many observations at most.
     ///
-    /// `of_trials`: ln p of each trial or a difference of two. `bins`: n of each trial.
+    /// `of_trials`: ln p of each trial, or a difference of two. `bins`: of each trial.
     pub fn tempered(&self, of_trials: &[f64], bins: &[usize]) -> f64 {
-        of_trials.iter().zip(bins).map(|(own, bins)| own * self.temper_of(*bins as f64)).sum()
+        of_trials.iter().zip(bins).map(|(own, bins)| own * self.temper(*bins)).sum()
     }
 
     /// The mean temper of all bins.
     pub fn mean_temper(&self, bins: &[usize]) -> f64 {
-        let sizes = || bins.iter().map(|own| *own as f64);
-        sizes().map(|own| own * self.temper_of(own)).sum::<f64>() / sizes().sum::<f64>()
+        let counted: f64 = bins.iter().map(|own| *own as f64 * self.temper(*own)).sum();
+        counted / bins.iter().sum::<usize>() as f64
     }
 
-    /// What a bin counts in a trial of that many.
-    fn temper_of(&self, bins: f64) -> f64 {
-        let in_full = bins.min(self.in_full);
-        (in_full + (bins - in_full) * self.temper) / bins.max(1.0)
+    /// What each bin counts in a trial of that many.
+    fn temper(&self, bins: usize) -> f64 {
+        (self.observations / bins as f64).min(1.0)
     }
 
     fn of_data(&self, evidence: &Evidence, cell: &Cell) -> f64 {
@@ -90,11 +89,9 @@ mod tests {
     }
 
     #[test]
-    fn a_short_trial_counts_as_the_observations_that_it_has() {
-        let own = Prior { in_full: 2.0, temper: 0.03, ..Rules::USED.prior };
-        assert!((own.temper_of(1.0) - 1.0).abs() < 1e-12);
-        assert!((own.temper_of(102.0) * 102.0 - 5.0).abs() < 1e-12);
-        assert!((own.tempered(&[-1.0, -102.0], &[2, 102]) + 6.0).abs() < 1e-12);
-        assert!((own.mean_temper(&[2, 102]) - 7.0 / 104.0).abs() < 1e-12);
+    fn a_long_trial_counts_no_more_than_a_short_one_and_a_few_bins_as_what_they_are() {
+        let own = Prior { observations: 10.0, ..Rules::USED.prior };
+        assert!((own.tempered(&[-5.0, -100.0, -40.0], &[5, 100, 400]) + 16.0).abs() < 1e-12);
+        assert!((own.mean_temper(&[5, 100, 395]) - 25.0 / 500.0).abs() < 1e-12);
     }
 }

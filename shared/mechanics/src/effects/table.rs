@@ -26,7 +26,7 @@ effects! {
         /// Feed that the rollers lose in proportion to the axial force.
         slip: Slip {
             /// Share of the feed that is lost per newton of drive force against it.
-            per_n: "1/N", 0.0, 0.0, 5.0;
+            per_n: "1/N", 0.0, 0.0, 100.0;
         }
         /// Dead zone at reversal.
         backlash: Backlash {
@@ -202,7 +202,7 @@ effects! {
         /// Weight and buoyancy other than nominal.
         weight: Weight {
             /// Over the nominal weight in its fluid.
-            factor: "1", 1.0, -10.0, 10.0;
+            factor: "1", 1.0, -100.0, 100.0;
         }
     }
     /// The tendon of a steerable instrument, which `tendon` of the description describes.
