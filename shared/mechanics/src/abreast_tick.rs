@@ -282,6 +282,7 @@ impl<P: Number, const LINKS: usize> Company<P, LINKS> {
                 guide: &guide,
                 mouth: &mouth,
                 tendon_cells: &[],
+                relaxed: &[],
                 fed_m,
                 momentum_share: share,
                 damping: Abreast::from_lanes(|k| cells[k].0),

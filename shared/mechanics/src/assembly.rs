@@ -223,7 +223,7 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
     chain: &mut Chain<'_, S, LINKS>,
     law: &mut L,
 ) {
-    let Chain { links, eliminations, guide, tendon_cells, at_base, .. } = chain;
+    let Chain { links, eliminations, guide, tendon_cells, relaxed, at_base, .. } = chain;
     let tables = body.tables;
     let count = chain.longest.min(LINKS);
     let inside = &links[..count];
@@ -242,7 +242,8 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
             &Rotation::gather(|lane| &distal(lane).rotation),
         );
         let angles = N::split_vectors(bend.angle);
-        let joints = group.map_in_order(|j, lane| law.joint(j, &tables.joints[j], &angles[lane]));
+        let joints =
+            group.map_in_order(|j, lane| law.joint(j, &tables.joints[j], &angles[lane], relaxed));
         let joint = Joint::gather(|lane| &joints[lane]);
         let turned = is_viscous.then(|| {
             N::gather_vectors(|lane| distal(lane).turn)
@@ -280,7 +281,7 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
         let [at_guide, next] = at_base;
         let cell = S::either(S::has(chain.count, j + 1), || *next, || *at_guide);
         let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation);
-        let joint = law.joint(j, &tables.joints[j], &bend.angle);
+        let joint = law.joint(j, &tables.joints[j], &bend.angle, relaxed);
         let turned = distal.turn - proximal.turn;
         let mut load = JointLoad::at_base(&joint, &cell, &bend, &turned);
         if law.has_tendons() {

@@ -25,6 +25,7 @@ pub(crate) struct Chain<'a, S: Catheters, const LINKS: usize> {
     pub mouth: &'a Vector3<S>,
     pub tendon_cells: &'a [TendonCell<S>],
     /// As in [`State`].
+    pub relaxed: &'a [[S; 2]],
     pub fed_m: S,
     pub momentum_share: S,
     /// τ/dt: viscous time of bending over the time step.
@@ -96,6 +97,7 @@ impl<'a, T: Real, const LINKS: usize> Chain<'a, T, LINKS> {
             guide,
             effects,
             tendons,
+            relaxed,
             fed_m,
             momentum_share,
             coaxial_tables,
@@ -111,6 +113,7 @@ impl<'a, T: Real, const LINKS: usize> Chain<'a, T, LINKS> {
             guide,
             mouth: &effects.mouth,
             tendon_cells: &tendons.cells,
+            relaxed,
             fed_m: *fed_m,
             momentum_share: *momentum_share,
             damping,

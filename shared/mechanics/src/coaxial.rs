@@ -150,7 +150,13 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
-        self.effects.joint(index, nominal, bend)
+    fn joint(
+        &mut self,
+        index: usize,
+        nominal: &Joint<T>,
+        bend: &Vector3<T>,
+        relaxed: &[[T; 2]],
+    ) -> Joint<T> {
+        self.effects.joint(index, nominal, bend, relaxed)
     }
 }

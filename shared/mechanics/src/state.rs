@@ -183,6 +183,8 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) coaxial_tables: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
     pub(crate) tendons: TendonsState<T, LINKS>,
+    /// For link j: up and side of the bend at which the relaxing spring of the joint at its proximal end rests \[rad\].
+    pub(crate) relaxed: [[T; 2]; LINKS],
 }
 
 impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
@@ -214,6 +216,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
             tendons: TendonsState::new(),
+            relaxed: [[T::ZERO; 2]; LINKS],
         }
     }
 
@@ -240,6 +243,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links,
             eliminations,
             tendons,
+            relaxed,
         } = self;
         *count = 0;
         *drives = Drives::default();
@@ -260,6 +264,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
         tendons.reset();
+        *relaxed = [[T::zero(); 2]; LINKS];
     }
 
     /// Nodes inside the vessel: node 0 is the tip, node `nodes() − 1` the one next to the guide.

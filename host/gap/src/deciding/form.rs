@@ -20,7 +20,7 @@ const FAMILIES: [&[(&str, &str)]; 7] = [
     &[
         ("instrument.stiffness", "elastic"),
         ("instrument.softening", "softening"),
-        ("instrument.viscoelastic", "viscoelastic"),
+        ("instrument.viscoelastic", "Kelvin–Voigt"),
     ],
     &[("sensor.bias", "constant"), ("sensor.drift", "drifting")],
     &[

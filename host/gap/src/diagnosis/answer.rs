@@ -349,7 +349,7 @@ impl<'a> Answer<'a> {
         };
         let mut found: Vec<(NamedEffect, usize, Vec<usize>)> = set.iter().map(named).collect();
         found.sort_by(|a, b| b.0.shrink.total_cmp(&a.0.shrink));
-        name_presliding(self.plant, &mut found);
+        name_forms(self.plant, &mut found);
         let id = |effect: &usize| self.plant.effects()[*effect].id.to_owned();
         let alike = |(_, effect, rivals): &(NamedEffect, usize, Vec<usize>)| {
             let members = std::iter::once(effect).chain(rivals);
@@ -392,24 +392,32 @@ impl<'a> Answer<'a> {
     }
 }
 
+/// Names the forms that a parameter of an effect tells apart.
+///
 /// Dry friction that sets in over a presliding distance is that of Dahl; beside friction that falls as motion sets in it
 /// is that of LuGre (Canudas de Wit and others 1995) without micro-damping, whose bristles have the stiffness of dry
-/// friction over that distance.
-fn name_presliding(plant: &dyn Plant, named: &mut [(NamedEffect, usize, Vec<usize>)]) {
-    /// Over the usual size of a presliding distance: what sets in sooner cannot be told from Coulomb's law.
+/// friction over that distance. Bending of which a part relaxes is that of a standard linear solid.
+fn name_forms(plant: &dyn Plant, named: &mut [(NamedEffect, usize, Vec<usize>)]) {
+    /// Over the usual size of the parameter: what is smaller cannot be told from the plain form.
     const SEEN: f64 = 0.05;
 
     let falls = named.iter().any(|(own, ..)| own.id == "drive.stribeck");
-    for (own, effect, _) in named.iter_mut().filter(|(own, ..)| own.id == "drive.coulomb") {
+    let with_presliding = if falls { "LuGre" } else { "Dahl" };
+    let forms = [
+        ("drive.coulomb", "presliding", with_presliding),
+        ("instrument.viscoelastic", "ratio", "standard linear solid"),
+    ];
+    for (own, effect, _) in named {
+        let Some((_, parameter, name)) = forms.iter().find(|(id, ..)| own.id == *id) else {
+            continue;
+        };
         let parameters = &plant.effects()[*effect].parameters;
-        let presliding = parameters.iter().find(|p| p.name.starts_with("presliding"));
-        let is_seen = presliding.is_some_and(|p| {
-            own.parameters
-                .get(p.name)
-                .is_some_and(|own| own.low > 0.0 && own.value > SEEN * p.scale)
+        let is_seen = parameters.iter().find(|p| p.name.starts_with(parameter)).is_some_and(|p| {
+            let found = own.parameters.get(p.name);
+            found.is_some_and(|found| found.low > 0.0 && found.value > SEEN * p.scale)
         });
         if let Some(form) = own.form.as_mut().filter(|_| is_seen) {
-            form.name = if falls { "LuGre" } else { "Dahl" };
+            form.name = name;
         }
     }
 }

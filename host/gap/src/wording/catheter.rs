@@ -183,11 +183,16 @@ pub(super) const WORDS: &[Words] = &[
     Words {
         id: "instrument.viscoelastic",
         name: "an instrument that resists quick bending",
-        clauses: &[size(
-            "time_s",
-            "the instrument resists quick bending, with a time constant of {}",
-            MS,
-        )],
+        clauses: &[
+            size("time_s", "the instrument resists quick bending, with a time constant of {}", MS),
+            size("ratio", "the bending stiffness that relaxes is {} times the lasting one", OWN),
+            size("relaxation_s", "it relaxes within {}", OWN),
+            size(
+                "packed_share",
+                "{} of it has crept away from the tip's bend in the package",
+                SHARE,
+            ),
+        ],
     },
     Words {
         id: "instrument.softening",

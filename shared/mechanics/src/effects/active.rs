@@ -5,6 +5,7 @@ use cathforce_scalar::{Catheters, Pack, Vector3};
 
 use super::driven_tendons::{DrivenTendons, TendonCell};
 use super::fluid::FluidForce;
+use super::relaxation::Relaxation;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
@@ -104,8 +105,16 @@ pub(crate) trait Law<S: Catheters> {
     }
 
     /// The joint at the proximal end of link `index`, which is rotated by `bend`, material axes \[rad\].
+    ///
+    /// `relaxed`: [`State::relaxed`](crate::State), of each joint.
     #[inline(always)]
-    fn joint(&mut self, _index: usize, nominal: &Joint<S>, _bend: &Vector3<S>) -> Joint<S> {
+    fn joint(
+        &mut self,
+        _index: usize,
+        nominal: &Joint<S>,
+        _bend: &Vector3<S>,
+        _relaxed: &[[S; 2]],
+    ) -> Joint<S> {
         *nominal
     }
 }
@@ -125,6 +134,7 @@ pub(crate) struct ActiveEffects<'a, T: Real> {
     pub softness: T,
     pub vessel_motion: [Vector3<T>; 2],
     pub straightened: Option<Straightened<T>>,
+    pub relaxation: Option<Relaxation<T>>,
     pub windup: Windup<T>,
 }
 
@@ -238,13 +248,22 @@ impl<T: Real> Law<T> for ActiveEffects<'_, T> {
         }
     }
 
-    fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
+    fn joint(
+        &mut self,
+        index: usize,
+        nominal: &Joint<T>,
+        bend: &Vector3<T>,
+        relaxed: &[[T; 2]],
+    ) -> Joint<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
         joint.torsion *= self.softness;
         if let Some(Straightened { grid, past_mouth, per_link }) = &mut self.straightened {
             *past_mouth -= grid.link(index);
             joint.unloaded *= minimum(maximum(*past_mouth * *per_link, T::zero()), T::one());
+        }
+        if let (Some(relaxation), Some(relaxed)) = (&self.relaxation, relaxed.get(index)) {
+            relaxation.add_spring(relaxed, &mut joint);
         }
         if let Some(tendon) = &mut self.tendon {
             tendon.bend_joint(index, bend, &mut joint);

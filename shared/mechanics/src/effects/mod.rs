@@ -8,6 +8,7 @@
 //! | `nominal` | effects that only change the numbers from which tables are made |
 //! | `state` | wall: motion; entry: drag and guide; the state of all effects |
 //! | `active` | effects in the recursion: softening, guide, wind-up |
+//! | `relaxation` | bending of the instrument that relaxes |
 //! | `wall_law` | contact, and wall: narrowing, stiffening, relaxation |
 //! | `tendon` | the tendon with a fixed pull |
 //! | `driven_tendons` | tendons that drives pull |
@@ -21,6 +22,7 @@ pub(crate) mod driven_tendons;
 mod fluid;
 mod measurement;
 pub(crate) mod nominal;
+pub(crate) mod relaxation;
 pub(crate) mod state;
 mod table;
 mod tendon;

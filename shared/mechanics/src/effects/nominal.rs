@@ -118,6 +118,7 @@ impl<T: Real> Description<T> {
             && wall.viscoelastic.is_off()
             && wall.narrowing.is_off()
             && wall.motion.is_off()
+            && instrument.viscoelastic.ratio == zero
             && instrument.softening.is_off()
             && instrument.torsional_windup.is_off()
             && effects.entry.guide.straightened_m == zero

@@ -187,10 +187,16 @@ effects! {
             /// Length that is free to twist.
             free_length_m: "m", 0.0, 0.0, 5.0;
         }
-        /// Bending moment that follows the rate of bending (Kelvin–Voigt).
+        /// Bending moment that follows the rate of bending (Kelvin–Voigt), or that relaxes (standard linear solid).
         viscoelastic: InstrumentViscoelastic {
             /// Moment = stiffness · (bend + time · rate of bend).
             time_s: "s", 0.0, 0.0, 2.0;
+            /// Bending stiffness that relaxes over the one that stays.
+            ratio: "1", 0.0, 0.0, 20.0;
+            /// Relaxation time.
+            relaxation_s: "s", 0.5, 1e-3, 100.0;
+            /// Share of the pre-curvature from which the part that relaxes has crept away in the package.
+            packed_share: "1", 0.0, 0.0, 1.0;
         }
         /// Instrument that grows softer in the warm vessel.
         softening: Softening {

@@ -224,6 +224,70 @@ fn what_comes_out_of_the_guide_is_straight_and_bends_as_its_viscosity_lets_it() 
     assert!((found_m - late_m).abs() < 0.1 * late_m, "late by {found_m} m instead of {late_m} m");
 }
 
+const RATIO: f64 = 2.0;
+const RELAXATION_S: f64 = 0.2;
+
+/// A standard linear solid, whose bends creep in (1 + r) times the time in which its moments relax.
+const RELAXING: &[(&str, f64)] = &[
+    ("effects.instrument.viscoelastic.ratio", RATIO),
+    ("effects.instrument.viscoelastic.relaxation_s", RELAXATION_S),
+];
+
+/// Height of the tip at rest, then 0.1 s after `loads` began to act, and when they have acted for long \[m\].
+fn creeps(description: Description<f64>, loads: &Loads<f64>) -> [f64; 3] {
+    let mut description = description;
+    description.solver.drag = Drag::constant(0.01);
+    let ticks = |time_s: f64| (time_s / description.solver.tick_s).round() as u32;
+    let (soon, late) = (ticks(SOON_S), ticks(20.0 * RELAXATION_S));
+    let model: Model<f64> = Model::new(description).unwrap();
+    let (none, mut state, drive) = (free_space(), State::new(), inserted(LENGTH_M - 1e-3));
+    while !settle_loaded(&model, &none.lumen(), &mut state, drive, &FREE_TIP) {}
+    let mut heights = [state.node_position_m(0).unwrap()[2]; 3];
+    for (height, ticks) in heights[1..].iter_mut().zip([soon, late]) {
+        for _ in 0..ticks {
+            step_loaded(&model, &none.lumen(), &mut state, drive, loads);
+        }
+        *height = state.node_position_m(0).unwrap()[2];
+    }
+    heights
+}
+
+const SOON_S: f64 = 0.1;
+
+/// docs/explanation/model.md (54), (55)
+#[test]
+fn a_relaxing_instrument_gives_way_to_a_load_at_once_and_then_slowly() {
+    let loads = Loads { tip_moment_n_m: [0.0, -STIFFNESS * 0.5, 0.0], ..FREE_TIP };
+    let [at_rest, soon, late] = creeps(with(rod(LENGTH_M, 40, STIFFNESS), RELAXING), &loads);
+    let [_, _, elastic] = creeps(rod(LENGTH_M, 40, STIFFNESS), &loads);
+    assert!(at_rest.abs() < 1e-9 && elastic > 1e-3, "{at_rest} {elastic}");
+    assert!((late / elastic - 1.0).abs() < 0.01, "{late} {elastic}");
+    let left = RATIO / (1.0 + RATIO) * (-SOON_S / ((1.0 + RATIO) * RELAXATION_S)).exp();
+    assert!((soon / elastic - (1.0 - left)).abs() < 0.02, "{soon} {elastic} {left}");
+}
+
+/// docs/explanation/model.md (56)
+#[test]
+fn a_tip_that_crept_in_its_package_comes_back() {
+    let packed_share = 0.6;
+    let packed = [RELAXING, &[("effects.instrument.viscoelastic.packed_share", packed_share)]];
+    // The steps to rest are too damped for a softer one.
+    let mut stiff = rod(LENGTH_M, 40, 1e-2);
+    stiff.instrument.precurve = bent().instrument.precurve;
+    let [_, _, whole] = creeps(stiff.clone(), &FREE_TIP);
+    let [at_rest, soon, late] = creeps(with(stiff, &packed.concat()), &FREE_TIP);
+    // An arc of 1 rad whole.
+    let height = |share: f64| (1.0 - share.cos()) / share / (1.0 - 1f64.cos());
+    let is = |found: f64, share: f64| {
+        assert!((found / whole - height(share)).abs() < 0.01, "{found} of {whole}, {share}");
+    };
+    let missing = RATIO * packed_share / (1.0 + RATIO);
+    is(at_rest, 1.0 - missing);
+    is(late, 1.0);
+    let left = missing * (-SOON_S / ((1.0 + RATIO) * RELAXATION_S)).exp();
+    is(soon, 1.0 - left);
+}
+
 /// docs/explanation/model.md (8)
 #[test]
 fn a_viscous_instrument_twists_at_once() {
