@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use cathforce_gap::evidence::discrepancy::{Cell, Evidence};
+use cathforce_gap::evidence::discrepancy::{Cell, Evidence, Size};
 use cathforce_gap::rules::{Prior, Rules};
 use serde_json::Value;
 
@@ -86,7 +86,10 @@ fn case(path: &Path, labels: &Path) -> Result<Case, String> {
         effects: names(&own["effects"]),
         evidence: Evidence {
             cells: own["cells"].as_array().into_iter().flatten().map(cell).collect(),
-            bins: own["bins"].as_array().into_iter().flatten().map(bins).collect(),
+            size: Size {
+                bins: own["bins"].as_array().into_iter().flatten().map(count).collect(),
+                channels: count(&own["channels"]),
+            },
             is_beyond_stated: own["is_beyond_stated"] == true,
         },
         is_at_bound: own["at_bound"] == true,
@@ -121,7 +124,7 @@ fn cell(own: &Value) -> Cell {
     }
 }
 
-fn bins(own: &Value) -> usize {
+fn count(own: &Value) -> usize {
     own.as_u64().unwrap_or_default() as usize
 }
 
@@ -164,10 +167,11 @@ fn objective(cases: &[Case], prior: &Prior) -> (f64, usize, usize) {
 type Change = fn(&mut Prior, f64);
 
 /// What may be learned.
-const PRIORS: [(&str, Change); 5] = [
+const PRIORS: [(&str, Change); 6] = [
     ("median of κ", |own, by| own.kappa.0 *= by),
     ("median of κ with others", |own, by| own.kappa_with_others.0 *= by),
-    ("observations of a trial", |own, by| own.observations *= by),
+    ("observations of a channel", |own, by| own.of_channel *= by),
+    ("temper", |own, by| own.temper *= by),
     ("ln odds of an effect", |own, by| own.of_effect *= by),
     ("ln odds of others", |own, by| own.of_others *= by),
 ];
@@ -176,8 +180,9 @@ const PRIORS: [(&str, Change); 5] = [
 type Off = fn(&mut Prior);
 
 /// Priors that are switched off one by one.
-const OFF: [(&str, Off); 4] = [
-    ("no temper", |own| own.observations = f64::INFINITY),
+const OFF: [(&str, Off); 5] = [
+    ("a channel may be less", |own| own.of_channel = 0.0),
+    ("no temper", |own| own.temper = 1.0),
     ("no cause outside", |own| own.of_others = -1e9),
     ("effects cost nothing", |own| own.of_effect = 0.0),
     ("any share of the gap", |own| own.kappa.1 = 1e3),

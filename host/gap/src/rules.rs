@@ -55,10 +55,12 @@ pub struct Prior {
     /// Of the share κ of the gap that is left where all causes are in the library, and where one is not.
     pub kappa: LogNormal,
     pub kappa_with_others: LogNormal,
-    /// Independent observations that a trial counts as, however many bins it has. Neighbouring bins err alike, and the
-    /// model of the discrepancy is not true either. On tuning strangers, 13 to 16 are best for short and for long trials;
-    /// the same share of all bins suits one of them only.
-    pub observations: f64,
+    /// Independent observations that a channel of a trial is at least, however short the trial. One to three are
+    /// as good on tuning strangers (`examples/learn.rs`).
+    pub of_channel: f64,
+    /// What a bin of a long trial counts: neighbours err alike, and the model of the discrepancy is not true
+    /// either, so that its certainty is less than it states.
+    pub temper: f64,
     /// ln odds of one effect more.
     pub of_effect: f64,
     /// ln odds of a cause outside the library.
@@ -184,7 +186,8 @@ impl Rules {
         prior: Prior {
             kappa: (0.1, 0.5),
             kappa_with_others: (0.4, 0.5),
-            observations: 15.0,
+            of_channel: 2.0,
+            temper: 0.05,
             of_effect: -5.5,
             of_others: -1.7,
         },

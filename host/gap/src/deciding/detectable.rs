@@ -61,7 +61,7 @@ pub fn detectable(
 ) -> Vec<Detectable> {
     let prior = problem.rules.prior;
     let q = NINE_TENTHS;
-    let needed = q + (q * q - 2.0 * prior.of_effect / prior.mean_temper(&screen.bins())).sqrt();
+    let needed = q + (q * q - 2.0 * prior.of_effect / prior.mean_temper(&screen.size())).sqrt();
     let effects: Vec<usize> = (0..problem.plant.effects().len()).collect();
     each(effects, |effect| {
         let known = &problem.plant.effects()[effect];

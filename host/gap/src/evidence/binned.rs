@@ -42,11 +42,6 @@ impl Binned {
             trials: trials.map(|t| BinnedTrial::of(problem, noise, fit, nuisances, t)).collect(),
         }
     }
-
-    /// Bins of each trial.
-    pub fn sizes(&self) -> Vec<usize> {
-        self.trials.iter().map(|own| own.bins.len()).collect()
-    }
 }
 
 impl BinnedTrial {

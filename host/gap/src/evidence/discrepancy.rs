@@ -19,12 +19,19 @@ pub struct Cell {
     pub log_densities: Vec<f64>,
 }
 
+/// How much was measured.
+#[derive(Clone, Debug, Default)]
+pub struct Size {
+    /// Of each trial, over all channels.
+    pub bins: Vec<usize>,
+    pub channels: usize,
+}
+
 /// What a fit is worth.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     pub cells: Vec<Cell>,
-    /// Of each trial.
-    pub bins: Vec<usize>,
+    pub size: Size,
     /// Whether a channel scatters far more than its sensor is said to, which no effect explains.
     pub is_beyond_stated: bool,
 }
@@ -51,7 +58,12 @@ pub fn evidence(
             }
         }
     }
-    Evidence { cells, bins: binned.sizes(), is_beyond_stated: noise.is_beyond_stated }
+    Evidence { cells, size: size(problem, &binned), is_beyond_stated: noise.is_beyond_stated }
+}
+
+fn size(problem: &Problem<'_>, binned: &Binned) -> Size {
+    let bins = binned.trials.iter().map(|own| own.bins.len()).collect();
+    Size { bins, channels: problem.plant.channels().len() }
 }
 
 /// The products of every trial at these amplitudes.
@@ -95,9 +107,8 @@ impl<'a> Screen<'a> {
         distance(&self.with(does), &self.fitted, self.at.looseness)
     }
 
-    /// Of each trial.
-    pub fn bins(&self) -> Vec<usize> {
-        self.binned.sizes()
+    pub fn size(&self) -> Size {
+        size(self.problem, &self.binned)
     }
 
     /// What the tempered ln p(data) grows by with a change of the whitened residuals, by trial, that may come in any
@@ -108,7 +119,7 @@ impl<'a> Screen<'a> {
         let with = log_densities(&self.with(does), &fitted, self.at.looseness)?;
         let grows: Vec<f64> =
             with.iter().zip(&self.without).map(|(with, own)| with - own).collect();
-        Some(self.problem.rules.prior.tempered(&grows, &self.bins()))
+        Some(self.problem.rules.prior.tempered(&grows, &self.size()))
     }
 
     fn with(&self, does: &[DVector<f64>]) -> Vec<Products> {

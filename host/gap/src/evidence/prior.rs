@@ -1,6 +1,6 @@
 //! How probable the amplitudes and the sets of effects are by their prior.
 
-use super::discrepancy::{Cell, Evidence};
+use super::discrepancy::{Cell, Evidence, Size};
 use crate::rules::{LogNormal, Prior};
 
 impl Prior {
@@ -35,26 +35,27 @@ impl Prior {
         evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).cloned()
     }
 
-    /// A sum over trials, each of which counts as so many observations at most.
+    /// A sum over trials, in which each counts as the independent observations that it has.
     ///
-    /// `of_trials`: ln p of each trial, or a difference of two. `bins`: of each trial.
-    pub fn tempered(&self, of_trials: &[f64], bins: &[usize]) -> f64 {
-        of_trials.iter().zip(bins).map(|(own, bins)| own * self.temper(*bins)).sum()
+    /// `of_trials`: ln p of each trial, or a difference of two.
+    pub fn tempered(&self, of_trials: &[f64], size: &Size) -> f64 {
+        of_trials.iter().zip(&size.bins).map(|(own, n)| own * self.temper_of(*n, size)).sum()
     }
 
     /// The mean temper of all bins.
-    pub fn mean_temper(&self, bins: &[usize]) -> f64 {
-        let counted: f64 = bins.iter().map(|own| *own as f64 * self.temper(*own)).sum();
-        counted / bins.iter().sum::<usize>() as f64
+    pub fn mean_temper(&self, size: &Size) -> f64 {
+        let counted: f64 = size.bins.iter().map(|n| *n as f64 * self.temper_of(*n, size)).sum();
+        counted / size.bins.iter().sum::<usize>() as f64
     }
 
     /// What each bin counts in a trial of that many.
-    fn temper(&self, bins: usize) -> f64 {
-        (self.observations / bins as f64).min(1.0)
+    fn temper_of(&self, bins: usize, size: &Size) -> f64 {
+        let least = self.of_channel * size.channels as f64 / bins as f64;
+        least.max(self.temper).min(1.0)
     }
 
     fn of_data(&self, evidence: &Evidence, cell: &Cell) -> f64 {
-        self.tempered(&cell.log_densities, &evidence.bins)
+        self.tempered(&cell.log_densities, &evidence.size)
     }
 
     fn of_mine(&self, kappa: f64) -> f64 {
@@ -78,6 +79,7 @@ fn at_most(x: f64, (median, sd): LogNormal) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::{Prior, Size};
     use crate::rules::Rules;
 
     #[test]
@@ -89,9 +91,10 @@ mod tests {
     }
 
     #[test]
-    fn a_long_trial_counts_no_more_than_a_short_one_and_a_few_bins_as_what_they_are() {
-        let own = Prior { observations: 10.0, ..Rules::USED.prior };
-        assert!((own.tempered(&[-5.0, -100.0, -40.0], &[5, 100, 400]) + 16.0).abs() < 1e-12);
-        assert!((own.mean_temper(&[5, 100, 395]) - 25.0 / 500.0).abs() < 1e-12);
+    fn a_short_trial_tells_something_of_every_channel_and_a_few_bins_are_no_more_than_they_are() {
+        let own = Prior { of_channel: 2.0, temper: 0.05, ..Rules::USED.prior };
+        let size = Size { bins: vec![4, 40, 400], channels: 3 };
+        assert!((own.tempered(&[-4.0, -40.0, -400.0], &size) + 30.0).abs() < 1e-12);
+        assert!((own.mean_temper(&size) - 30.0 / 444.0).abs() < 1e-12);
     }
 }

@@ -357,7 +357,8 @@ impl Selector<'_> {
             worst: score.worst(),
             at_bound: fit.at_bound(self.problem.plant),
             is_beyond_stated: own.evidence.is_beyond_stated,
-            bins: own.evidence.bins.clone(),
+            bins: own.evidence.size.bins.clone(),
+            channels: own.evidence.size.channels,
             cells: own.evidence.cells.iter().map(cell).collect(),
         }
     }

@@ -19,8 +19,9 @@ pub struct SetRow {
     pub at_bound: bool,
     /// Whether a channel scatters far more than its sensor is said to.
     pub is_beyond_stated: bool,
-    /// Bins of each trial.
+    /// Of each trial, over all channels.
     pub bins: Vec<usize>,
+    pub channels: usize,
     /// a, κ, ω and ln p of each trial, of every choice of the amplitudes.
     pub cells: Vec<Vec<f64>>,
 }
