@@ -91,7 +91,7 @@ enum Schedule {
     HalfTicks,
 }
 
-/// Effects that take time in every solve, all at once, beside a tendon that is pulled.
+/// Effects that take time in every solve, all at once and with all that they do, beside a tendon that is pulled.
 fn laden() -> Vec<(String, f32)> {
     const IDS: [&str; 10] = [
         "contact.stribeck",
@@ -105,7 +105,8 @@ fn laden() -> Vec<(String, f32)> {
         "instrument.viscoelastic",
         "instrument.softening",
     ];
-    let tendon = [
+    let beside = [
+        ("effects.instrument.viscoelastic.ratio", 0.05),
         ("tendon.pull_m", 1e-4),
         ("tendon.stiffness_n_per_m", 1e3),
         ("tendon.offset_m", 5e-4),
@@ -122,7 +123,7 @@ fn laden() -> Vec<(String, f32)> {
         (parameter.key.to_owned(), (off + MILD * (value - off)) as f32)
     };
     let values = values.map(mild);
-    values.chain(tendon.map(|(key, value)| (key.to_owned(), value))).collect()
+    values.chain(beside.map(|(key, value)| (key.to_owned(), value))).collect()
 }
 
 fn single_ticks(schedule: Schedule, effects: Vec<(String, f32)>, band: Option<Band>) -> Cost {

@@ -372,7 +372,7 @@ pub fn most_links(solves: u8, substeps: u8, has_active_effects: bool) -> usize {
     match (solves, substeps, has_active_effects) {
         (_, 2.., false) => 57,
         (_, 2.., true) => 47,
-        (2.., _, true) => 58,
+        (2.., _, true) => 57,
         _ => MAX_LINKS,
     }
 }

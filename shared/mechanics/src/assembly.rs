@@ -223,7 +223,7 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
     chain: &mut Chain<'_, S, LINKS>,
     law: &mut L,
 ) {
-    let Chain { links, eliminations, guide, tendon_cells, relaxed, at_base, .. } = chain;
+    let Chain { links, eliminations, guide, tendon_cells, springs, at_base, .. } = chain;
     let tables = body.tables;
     let count = chain.longest.min(LINKS);
     let inside = &links[..count];
@@ -243,7 +243,7 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
         );
         let angles = N::split_vectors(bend.angle);
         let joints =
-            group.map_in_order(|j, lane| law.joint(j, &tables.joints[j], &angles[lane], relaxed));
+            group.map_in_order(|j, lane| law.joint(j, &tables.joints[j], &angles[lane], *springs));
         let joint = Joint::gather(|lane| &joints[lane]);
         let turned = is_viscous.then(|| {
             N::gather_vectors(|lane| distal(lane).turn)
@@ -259,7 +259,7 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
                 smallest_eigenvalue: joint.smallest_eigenvalue.lane(lane),
             };
         }
-        if law.has_tendons() {
+        if let Some(tendon_cells) = tendon_cells.filter(|_| law.has_tendons()) {
             let midway = |[x, y]: [f64; 2]| {
                 let axis = Vector3::new(N::lit(x), N::lit(y), N::lit(0.0));
                 N::split_vectors(bend.rotate_midway(&axis))
@@ -281,10 +281,10 @@ pub(crate) fn joint_moments<S: Catheters, N: Pack<S>, L: Law<S>, const LINKS: us
         let [at_guide, next] = at_base;
         let cell = S::either(S::has(chain.count, j + 1), || *next, || *at_guide);
         let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation);
-        let joint = law.joint(j, &tables.joints[j], &bend.angle, relaxed);
+        let joint = law.joint(j, &tables.joints[j], &bend.angle, *springs);
         let turned = distal.turn - proximal.turn;
         let mut load = JointLoad::at_base(&joint, &cell, &bend, &turned);
-        if law.has_tendons() {
+        if let Some(tendon_cells) = tendon_cells.filter(|_| law.has_tendons()) {
             let midway = |[x, y]: [f64; 2]| {
                 bend.rotate_midway(&Vector3::new(S::lit(x), S::lit(y), S::lit(0.0)))
             };

@@ -7,7 +7,6 @@ use crate::chain::{Body, Chain, base_cells};
 use crate::coaxial::Coaxial;
 use crate::effects::active::{Law, Nominal};
 use crate::effects::driven_tendons::DrivenTendons;
-use crate::effects::relaxation::Relaxation;
 use crate::scheme::Scheme;
 use crate::solve::{Totals, solve};
 use crate::wall_sampling::{OUTSIDE_M, Stored, sample_wall};
@@ -33,36 +32,37 @@ pub(crate) fn solve_catheter<T: Real, const LINKS: usize>(
     ) {
         None => solve_coaxial(model, lumen, state, loads, scheme, &mut Nominal),
         Some(mut active) => {
-            let moves = scheme.inertia > T::zero();
-            active.relaxation = Relaxation::new(
-                &model.description().effects.instrument.viscoelastic,
-                moves.then_some(scheme.dt_s),
-            );
+            state.prepare_springs(model, scheme);
             active.tendons = DrivenTendons::new(
                 &model.tendons,
                 &model.grid,
                 &state.overlap,
                 &state.tendons,
-                moves,
+                scheme.inertia > T::zero(),
             );
             let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut active);
             let torque_n_m = totals.moment_on_guide.dot(&model.guide.tangent());
             state.effects.finish(&active, torque_n_m);
-            let base = active.relaxation.map(|_| state.entering(model));
-            let State { links, guide, count, tendons: pulled, relaxed, coaxial_tables, .. } = state;
-            let links = &links[..(*count).min(LINKS)];
-            let rotation = |j: usize| links.get(j).map_or(&guide.rotation, |link| &link.rotation);
             if let Some(tendons) = &mut active.tendons {
-                tendons.finish(links.len(), rotation, pulled);
+                finish_tendons(state, tendons);
             }
-            if let Some((relaxation, base)) = active.relaxation.zip(base).filter(|_| scheme.last) {
-                let has_wire = model.guidewire.is_some();
-                let tables = if has_wire { coaxial_tables } else { &model.tables };
-                relaxation.finish(links.len(), rotation, &tables.joints, &base, relaxed);
-            }
+            state.relax_springs(model, scheme);
             totals
         }
     }
+}
+
+/// Paths and tensions of the driven tendons after a solve.
+// A frame of its own: the solve's is the deepest of a tick.
+#[inline(never)]
+fn finish_tendons<T: Real, const LINKS: usize>(
+    state: &mut State<T, LINKS>,
+    tendons: &mut DrivenTendons<'_, T>,
+) {
+    let State { links, guide, count, tendons: pulled, .. } = state;
+    let links = &links[..(*count).min(LINKS)];
+    let rotation = |j: usize| links.get(j).map_or(&guide.rotation, |link| &link.rotation);
+    tendons.finish(links.len(), rotation, pulled);
 }
 
 fn solve_coaxial<T: Real, L: Law<T>, const LINKS: usize>(

@@ -3,6 +3,7 @@
 use cathforce_scalar::{Catheters, Vector3};
 
 use crate::effects::driven_tendons::TendonCell;
+use crate::effects::relaxation::Springs;
 use crate::joint::Cell;
 use crate::math::maximum;
 use crate::scheme::Scheme;
@@ -23,9 +24,11 @@ pub(crate) struct Chain<'a, S: Catheters, const LINKS: usize> {
     pub longest: usize,
     pub guide: &'a LinkState<S>,
     pub mouth: &'a Vector3<S>,
-    pub tendon_cells: &'a [TendonCell<S>],
+    /// `None` for catheters abreast, which have neither tendons nor effects. References to arrays take less of the
+    /// device's stack than slices.
+    pub tendon_cells: Option<&'a [TendonCell<S>; LINKS]>,
+    pub springs: Option<&'a Springs<S, LINKS>>,
     /// As in [`State`].
-    pub relaxed: &'a [[S; 2]],
     pub fed_m: S,
     pub momentum_share: S,
     /// τ/dt: viscous time of bending over the time step.
@@ -97,7 +100,7 @@ impl<'a, T: Real, const LINKS: usize> Chain<'a, T, LINKS> {
             guide,
             effects,
             tendons,
-            relaxed,
+            springs,
             fed_m,
             momentum_share,
             coaxial_tables,
@@ -112,8 +115,8 @@ impl<'a, T: Real, const LINKS: usize> Chain<'a, T, LINKS> {
             longest: count,
             guide,
             mouth: &effects.mouth,
-            tendon_cells: &tendons.cells,
-            relaxed,
+            tendon_cells: Some(&tendons.cells),
+            springs: Some(springs),
             fed_m: *fed_m,
             momentum_share: *momentum_share,
             damping,

@@ -5,6 +5,7 @@ use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::active::Law;
 use crate::effects::driven_tendons::TendonCell;
+use crate::effects::relaxation::Springs;
 use crate::grid::Grid;
 use crate::joint::JointLoad;
 use crate::overlap::{Overlap, Slide};
@@ -150,13 +151,13 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn joint(
+    fn joint<const LINKS: usize>(
         &mut self,
         index: usize,
         nominal: &Joint<T>,
         bend: &Vector3<T>,
-        relaxed: &[[T; 2]],
+        springs: Option<&Springs<T, LINKS>>,
     ) -> Joint<T> {
-        self.effects.joint(index, nominal, bend, relaxed)
+        self.effects.joint(index, nominal, bend, springs)
     }
 }

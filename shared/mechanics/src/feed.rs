@@ -2,7 +2,6 @@
 
 use cathforce_scalar::Vector3;
 
-use crate::effects::relaxation::Entering;
 use crate::grid::Grid;
 use crate::math::{maximum, minimum, sin_cos};
 use crate::overlap::Overlap;
@@ -28,20 +27,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub(crate) fn guide_cell_m(&self, model: &Model<T, LINKS>) -> T {
         let shortest = model.description().solver.link_length_m * T::lit(SHORTEST_BASE);
         maximum(self.base_length_m, shortest) * T::lit(0.5)
-    }
-
-    /// The cells of the joints at the base link after a step.
-    pub(crate) fn entering(&self, model: &Model<T, LINKS>) -> Entering<T> {
-        let (grid, half) = (&model.grid, T::lit(0.5));
-        let [base, before] = [1, 2].map(|behind| self.count.saturating_sub(behind));
-        let base_cell_m = (grid.link_m(before) + self.base_length_m) * half;
-        let cells_m = [self.guide_cell_m(model), base_cell_m];
-        // Half of what is fed enters each of the two cells.
-        let fed_m = maximum(self.fed_m, T::zero()) * half;
-        Entering {
-            whole: [grid.cell_m(base) / cells_m[0], grid.cell_m(before) / cells_m[1]],
-            entered: cells_m.map(|cell_m| minimum(fed_m / cell_m, T::one())),
-        }
     }
 
     /// Moves the drives to `target`, within the reach of the links; adds and drops links.

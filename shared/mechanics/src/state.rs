@@ -6,6 +6,7 @@ use crate::algebra::{LdltFactor, Matrix3, Rotation};
 use crate::contact::{ContactState, LinearContact};
 use crate::drive_motion::DriveHistory;
 use crate::effects::driven_tendons::TendonsState;
+use crate::effects::relaxation::Springs;
 use crate::effects::state::EffectState;
 use crate::joint::JointLoad;
 use crate::overlap::Overlap;
@@ -183,8 +184,7 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) coaxial_tables: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
     pub(crate) tendons: TendonsState<T, LINKS>,
-    /// For link j: up and side of the bend at which the relaxing spring of the joint at its proximal end rests \[rad\].
-    pub(crate) relaxed: [[T; 2]; LINKS],
+    pub(crate) springs: Springs<T, LINKS>,
 }
 
 impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
@@ -216,7 +216,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
             tendons: TendonsState::new(),
-            relaxed: [[T::ZERO; 2]; LINKS],
+            springs: Springs::new(),
         }
     }
 
@@ -243,7 +243,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links,
             eliminations,
             tendons,
-            relaxed,
+            springs,
         } = self;
         *count = 0;
         *drives = Drives::default();
@@ -264,7 +264,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
         tendons.reset();
-        *relaxed = [[T::zero(); 2]; LINKS];
+        springs.reset();
     }
 
     /// Nodes inside the vessel: node 0 is the tip, node `nodes() − 1` the one next to the guide.

@@ -5,7 +5,7 @@ use cathforce_scalar::{Catheters, Pack, Vector3};
 
 use super::driven_tendons::{DrivenTendons, TendonCell};
 use super::fluid::FluidForce;
-use super::relaxation::Relaxation;
+use super::relaxation::Springs;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
@@ -106,14 +106,14 @@ pub(crate) trait Law<S: Catheters> {
 
     /// The joint at the proximal end of link `index`, which is rotated by `bend`, material axes \[rad\].
     ///
-    /// `relaxed`: [`State::relaxed`](crate::State), of each joint.
+    /// `springs`: `None` for catheters abreast, which have no effects.
     #[inline(always)]
-    fn joint(
+    fn joint<const LINKS: usize>(
         &mut self,
         _index: usize,
         nominal: &Joint<S>,
         _bend: &Vector3<S>,
-        _relaxed: &[[S; 2]],
+        _springs: Option<&Springs<S, LINKS>>,
     ) -> Joint<S> {
         *nominal
     }
@@ -134,7 +134,6 @@ pub(crate) struct ActiveEffects<'a, T: Real> {
     pub softness: T,
     pub vessel_motion: [Vector3<T>; 2],
     pub straightened: Option<Straightened<T>>,
-    pub relaxation: Option<Relaxation<T>>,
     pub windup: Windup<T>,
 }
 
@@ -248,12 +247,12 @@ impl<T: Real> Law<T> for ActiveEffects<'_, T> {
         }
     }
 
-    fn joint(
+    fn joint<const LINKS: usize>(
         &mut self,
         index: usize,
         nominal: &Joint<T>,
         bend: &Vector3<T>,
-        relaxed: &[[T; 2]],
+        springs: Option<&Springs<T, LINKS>>,
     ) -> Joint<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
@@ -262,8 +261,8 @@ impl<T: Real> Law<T> for ActiveEffects<'_, T> {
             *past_mouth -= grid.link(index);
             joint.unloaded *= minimum(maximum(*past_mouth * *per_link, T::zero()), T::one());
         }
-        if let (Some(relaxation), Some(relaxed)) = (&self.relaxation, relaxed.get(index)) {
-            relaxation.add_spring(relaxed, &mut joint);
+        if let Some(springs) = springs {
+            springs.add_to(index, &mut joint);
         }
         if let Some(tendon) = &mut self.tendon {
             tendon.bend_joint(index, bend, &mut joint);

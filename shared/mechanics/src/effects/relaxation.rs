@@ -1,111 +1,133 @@
 //! Bending that relaxes as a standard linear solid.     docs/explanation/model.md (54)–(56)
 
-use cathforce_scalar::Vector3;
-
 use super::InstrumentViscoelastic;
-use crate::Real;
-use crate::algebra::{RelativeRotation, Rotation};
+use crate::algebra::RelativeRotation;
+use crate::math::{maximum, minimum};
+use crate::scheme::Scheme;
 use crate::tables::Joint;
+use crate::{Model, Real, State};
 
-/// The two joints at the base link, whose cells are not full: the guide's, and the one before it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Entering<T> {
-    /// Arcs of the full cells over those of the cells \[1\].
-    pub whole: [T; 2],
-    /// Shares of the cells that have entered in this step \[1\].
-    pub entered: [T; 2],
-}
-
-impl<T: Real> Entering<T> {
-    /// What `whole` and `entered` are of the joint so many joints before the guide's.
-    fn cell(&self, before: usize) -> (T, T) {
-        let cell = self.whole.get(before).zip(self.entered.get(before));
-        cell.map_or((T::one(), T::zero()), |(whole, entered)| (*whole, *entered))
-    }
-}
-
-/// The springs that relax beside the lasting ones of the joints, in one step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Relaxation<T> {
-    /// Stiffness over the lasting one \[1\].
+/// The springs that relax beside the lasting ones of the joints.
+#[derive(Clone, Debug)]
+pub(crate) struct Springs<T, const LINKS: usize> {
+    /// For link j: up and side of the bend at which the spring of the joint at its proximal end rests \[rad\].
+    relaxed: [[T; 2]; LINKS],
+    /// Stiffness over the lasting one, as the present solve sees it \[1\].
     ratio: T,
-    /// Share of a relaxation that takes place in a step; `None` at rest, where all of it has.
-    relaxes: Option<T>,
-    /// Share of the unloaded bend from which the springs have crept away in the package \[1\].
-    packed: T,
+    /// The unloaded bend in the present solve over the nominal one \[1\].
+    unloaded: T,
+    /// Whether the instrument relaxes at all.
+    act: bool,
 }
 
-impl<T: Real> Relaxation<T> {
-    /// `dt_s`: of a step; `None` on the way to rest. `None` for an instrument that does not relax.
-    pub fn new(effect: &InstrumentViscoelastic<T>, dt_s: Option<T>) -> Option<Self> {
-        (effect.ratio > T::zero()).then(|| {
-            let relaxes = dt_s.map(|dt_s| {
-                let steps = dt_s / effect.relaxation_s;
-                steps / (T::one() + steps)
-            });
-            Self { ratio: effect.ratio, relaxes, packed: effect.packed_share }
-        })
+impl<T: Real, const LINKS: usize> Springs<T, LINKS> {
+    pub const fn new() -> Self {
+        Self { relaxed: [[T::ZERO; 2]; LINKS], ratio: T::ZERO, unloaded: T::ONE, act: false }
     }
 
-    /// Adds the spring to a joint. `relaxed`: up and side of the bend of its full cell at which the spring rests \[rad\].
-    pub fn add_spring(&self, relaxed: &[T; 2], joint: &mut Joint<T>) {
-        let [up, side, twist] = joint.unloaded.into();
-        let [up, side] = match self.relaxes {
+    /// Resets to [`Springs::new`] in place.
+    pub fn reset(&mut self) {
+        self.relaxed = [[T::zero(); 2]; LINKS];
+        self.act = false;
+    }
+
+    fn prepare(&mut self, effect: &InstrumentViscoelastic<T>, dt_s: Option<T>) {
+        let one = T::one();
+        self.act = effect.ratio > T::zero();
+        (self.ratio, self.unloaded) = match dt_s {
             // Implicit Euler: at the end of the step the spring has relaxed towards the bend of then.
-            Some(relaxes) => {
-                let ratio = self.ratio * (T::one() - relaxes);
-                let whole = T::one() + ratio;
-                joint.bending *= whole;
-                let rest = |unloaded: T, relaxed: T| (unloaded + ratio * relaxed) / whole;
-                [rest(up, relaxed[0]), rest(side, relaxed[1])]
-            }
-            None => [up, side].map(|unloaded| unloaded - unloaded * self.ratio * self.strained()),
+            Some(dt_s) => (effect.ratio * (one - relaxes(effect, dt_s)), one),
+            None => (T::zero(), one - effect.ratio * strained(effect)),
         };
-        joint.unloaded = Vector3::new(up, side, twist);
     }
 
-    /// Strain of the spring of a joint at rest, over the unloaded bend \[1\]: that of a free joint whose spring rests at
-    /// what the package left of this bend.
-    fn strained(&self) -> T {
-        self.packed / (T::one() + self.ratio)
+    /// Adds the spring to the joint of link `index`.
+    pub fn add_to(&self, index: usize, joint: &mut Joint<T>) {
+        if let Some([up, side]) = self.relaxed.get(index).filter(|_| self.act) {
+            let whole = T::one() + self.ratio;
+            joint.bending *= whole;
+            let rest =
+                |unloaded: T, relaxed: T| (unloaded * self.unloaded + self.ratio * relaxed) / whole;
+            let [unloaded_up, unloaded_side, twist] = joint.unloaded.into();
+            joint.unloaded = [rest(unloaded_up, *up), rest(unloaded_side, *side), twist].into();
+        }
+    }
+}
+
+/// Share of a relaxation that takes place in a step.
+fn relaxes<T: Real>(effect: &InstrumentViscoelastic<T>, dt_s: T) -> T {
+    let steps = dt_s / effect.relaxation_s;
+    steps / (T::one() + steps)
+}
+
+/// Strain of the spring of a joint at rest, over the unloaded bend \[1\]: that of a free joint whose spring rests at
+/// what the package left of this bend.
+fn strained<T: Real>(effect: &InstrumentViscoelastic<T>) -> T {
+    effect.packed_share / (T::one() + effect.ratio)
+}
+
+/// Length of a step; `None` on the way to rest, where all springs have relaxed.
+fn step_s<T: Real>(scheme: &Scheme<T>) -> Option<T> {
+    (scheme.inertia > T::zero()).then_some(scheme.dt_s)
+}
+
+// Frames of their own: the solve's is the deepest of a tick.
+impl<T: Real, const LINKS: usize> State<T, LINKS> {
+    /// Prepares the springs for a solve.
+    #[inline(never)]
+    pub(crate) fn prepare_springs(&mut self, model: &Model<T, LINKS>, scheme: &Scheme<T>) {
+        let effect = &model.description().effects.instrument.viscoelastic;
+        self.springs.prepare(effect, step_s(scheme));
     }
 
-    /// Relaxes the springs of the links inside the vessel after the last solve of a step.
-    ///
-    /// `rotation`: of each link, and of the guide behind the last one; `relaxed`: of each joint.
-    pub fn finish<'r>(
-        &self,
-        links: usize,
-        rotation: impl Fn(usize) -> &'r Rotation<T>,
-        joints: &[Joint<T>],
-        base: &Entering<T>,
-        relaxed: &mut [[T; 2]],
-    ) where
-        T: 'r,
-    {
-        let zero = T::zero();
-        for (j, (relaxed, joint)) in relaxed.iter_mut().zip(joints).take(links + 1).enumerate() {
+    /// Relaxes the springs of the joints after the last solve of a step.
+    #[inline(never)]
+    pub(crate) fn relax_springs(&mut self, model: &Model<T, LINKS>, scheme: &Scheme<T>) {
+        if !(self.springs.act && scheme.last) {
+            return;
+        }
+        let effect = &model.description().effects.instrument.viscoelastic;
+        let (grid, half, zero, one) = (&model.grid, T::lit(0.5), T::zero(), T::one());
+        let count = self.count.min(LINKS);
+        let guide_cell_m = self.guide_cell_m(model);
+        // Half of what is fed enters each of the two cells at the base link.
+        let fed_m = maximum(self.fed_m, zero) * half;
+        let relaxes = step_s(scheme).map(|dt_s| relaxes(effect, dt_s));
+        let Self { links, guide, springs, coaxial_tables, base_length_m, .. } = self;
+        let has_wire = model.guidewire.is_some();
+        let tables = if has_wire { &*coaxial_tables } else { &model.tables };
+        let links = &links[..count];
+        for (j, (relaxed, joint)) in springs.relaxed.iter_mut().zip(&tables.joints).enumerate() {
             let [up, side, _] = joint.unloaded.into();
             // In the guide it is as straight as it was packed.
-            let in_guide = [up, side].map(|unloaded| unloaded * (T::one() - self.packed));
-            if j == links {
-                *relaxed = in_guide;
+            let in_guide = |unloaded: T| unloaded - unloaded * effect.packed_share;
+            let Some(distal) = links.get(j) else {
+                // The next one to enter.
+                *relaxed = [up, side].map(in_guide);
                 break;
-            }
-            let (whole, entered) = base.cell(links - 1 - j);
-            let bend = RelativeRotation::between(rotation(j + 1), rotation(j)).angle * whole;
-            let now = [(bend.x(), up, in_guide[0]), (bend.y(), side, in_guide[1])];
-            for (relaxed, (bend, unloaded, in_guide)) in relaxed.iter_mut().zip(now) {
-                match self.relaxes {
-                    Some(relaxes) => {
-                        *relaxed += (bend - *relaxed) * relaxes;
-                        if entered > zero {
-                            *relaxed += (in_guide - *relaxed) * entered;
-                        }
+            };
+            let proximal = links.get(j + 1).unwrap_or(guide);
+            let cell_m = match count - j {
+                1 => guide_cell_m,
+                2 => (grid.link_m(j) + *base_length_m) * half,
+                _ => grid.cell_m(j),
+            };
+            let is_at_base = count - j <= 2;
+            let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation).angle
+                * (grid.cell_m(j) / cell_m);
+            let now = |before: T, bend: T, unloaded: T| match relaxes {
+                Some(relaxes) => {
+                    let relaxed = before + (bend - before) * relaxes;
+                    if is_at_base {
+                        relaxed + (in_guide(unloaded) - relaxed) * minimum(fed_m / cell_m, one)
+                    } else {
+                        relaxed
                     }
-                    None => *relaxed = bend - unloaded * self.strained(),
                 }
-            }
+                None => bend - unloaded * strained(effect),
+            };
+            let [before_up, before_side] = *relaxed;
+            *relaxed = [now(before_up, bend.x(), up), now(before_side, bend.y(), side)];
         }
     }
 }

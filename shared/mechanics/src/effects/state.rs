@@ -147,7 +147,7 @@ impl<T: Real> EffectState<T> {
         (!drag.is_off()).then(|| FluidForce::new(drag, self.pulses))
     }
 
-    /// The effects in the recursion for a step of `dt_s`, without driven tendons and relaxation; `None` if there are none.
+    /// The effects in the recursion for a step of `dt_s`, without driven tendons; `None` if there are none.
     ///
     /// `entry`: index of the joint at the entry plane; `guide_cell_m`: arc of its cell \[m\].
     pub fn active<'a, const LINKS: usize>(
@@ -179,7 +179,6 @@ impl<T: Real> EffectState<T> {
             softness: self.softness(model),
             vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
-            relaxation: None,
             windup: Windup {
                 compliance: model.windup_rad_per_n_m,
                 wound_rad: self.wound_rad,
