@@ -24,6 +24,7 @@ mod chain;
 mod coaxial;
 mod compiled;
 mod contact;
+mod creep;
 mod description;
 mod drive_motion;
 pub mod effects;
