@@ -28,6 +28,7 @@ impl<T: Real, const LINKS: usize> Springs<T, LINKS> {
         self.act = false;
     }
 
+    /// Prepares for a solve in a step of `dt_s`; `None` on the way to rest, where all springs have relaxed.
     pub fn prepare(&mut self, effect: &InstrumentViscoelastic<T>, dt_s: Option<T>) {
         let one = T::one();
         self.act = effect.ratio > T::zero();
