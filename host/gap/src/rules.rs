@@ -55,7 +55,7 @@ pub struct Prior {
     /// Of the share κ of the gap that is left where all causes are in the library, and where one is not.
     pub kappa: LogNormal,
     pub kappa_with_others: LogNormal,
-    /// Independent observations that a channel of a trial is at least, however short the trial. One to three are
+    /// Independent observations that a channel of a trial is at least, however short the trial. 1.5 to 3 are
     /// as good on tuning strangers (`examples/learn.rs`).
     pub of_channel: f64,
     /// What a bin of a long trial counts: neighbours err alike, and the model of the discrepancy is not true

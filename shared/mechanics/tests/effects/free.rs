@@ -226,6 +226,7 @@ fn what_comes_out_of_the_guide_is_straight_and_bends_as_its_viscosity_lets_it() 
 
 const RATIO: f64 = 2.0;
 const RELAXATION_S: f64 = 0.2;
+const SOON_S: f64 = 0.1;
 
 /// A standard linear solid, whose bends creep in (1 + r) times the time in which its moments relax.
 const RELAXING: &[(&str, f64)] = &[
@@ -233,9 +234,8 @@ const RELAXING: &[(&str, f64)] = &[
     ("effects.instrument.viscoelastic.relaxation_s", RELAXATION_S),
 ];
 
-/// Height of the tip at rest, then 0.1 s after `loads` began to act, and when they have acted for long \[m\].
-fn creeps(description: Description<f64>, loads: &Loads<f64>) -> [f64; 3] {
-    let mut description = description;
+/// Height of the tip at rest, then [`SOON_S`] after `loads` began to act, and when they have acted for long \[m\].
+fn creeps(mut description: Description<f64>, loads: &Loads<f64>) -> [f64; 3] {
     description.solver.drag = Drag::constant(0.01);
     let ticks = |time_s: f64| (time_s / description.solver.tick_s).round() as u32;
     let (soon, late) = (ticks(SOON_S), ticks(20.0 * RELAXATION_S));
@@ -251,8 +251,6 @@ fn creeps(description: Description<f64>, loads: &Loads<f64>) -> [f64; 3] {
     }
     heights
 }
-
-const SOON_S: f64 = 0.1;
 
 /// docs/explanation/model.md (54), (55)
 #[test]
